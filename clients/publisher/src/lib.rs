@@ -1,0 +1,1 @@
+//! Streams a recording or a camera to a reconstruction server.

@@ -1,0 +1,2 @@
+//! The `mis-slam-cart` command line.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Deforming-organ stereo scenes with ground truth.

@@ -1,0 +1,1 @@
+//! Dense surfel SLAM on the GPU.

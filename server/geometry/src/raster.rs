@@ -1,0 +1,122 @@
+//! Row-major images of any pixel type.
+
+use crate::GeometryError;
+
+/// A row-major image; pixel centres are at integer coordinates, `(0, 0)` is the top left one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Raster<T> {
+    width: u32,
+    height: u32,
+    data: Vec<T>,
+}
+
+/// 8-bit luminance.
+pub type Gray = Raster<u8>;
+/// 8-bit sRGB, three bytes a pixel.
+pub type Rgb = Raster<[u8; 3]>;
+/// Depth along the optical axis in metres, `0.0` where unknown.
+pub type DepthMap = Raster<f32>;
+/// Instrument or validity mask, `0` where tissue is seen, anything else where it is covered.
+pub type Mask = Raster<u8>;
+
+impl<T: Copy> Raster<T> {
+    /// An image of one value.
+    pub fn filled(width: u32, height: u32, value: T) -> Self {
+        Self { width, height, data: vec![value; width as usize * height as usize] }
+    }
+}
+
+impl<T> Raster<T> {
+    /// Wraps `data`, `width * height` pixels in row order.
+    ///
+    /// # Errors
+    /// [`GeometryError::RasterSize`] where the length does not fit.
+    pub fn from_vec(width: u32, height: u32, data: Vec<T>) -> Result<Self, GeometryError> {
+        let expected = width as usize * height as usize;
+        if data.len() != expected {
+            return Err(GeometryError::RasterSize { width, height, pixels: data.len() });
+        }
+        Ok(Self { width, height, data })
+    }
+
+    /// An image computed pixel by pixel from `(x, y)`.
+    pub fn from_fn(width: u32, height: u32, mut pixel: impl FnMut(u32, u32) -> T) -> Self {
+        let mut data = Vec::with_capacity(width as usize * height as usize);
+        for y in 0..height {
+            data.extend((0..width).map(|x| pixel(x, y)));
+        }
+        Self { width, height, data }
+    }
+
+    /// The image with `f` applied to each pixel.
+    pub fn map<U>(&self, f: impl FnMut(&T) -> U) -> Raster<U> {
+        Raster { width: self.width, height: self.height, data: self.data.iter().map(f).collect() }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// `(width, height)`.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// All pixels in row order.
+    pub fn pixels(&self) -> &[T] {
+        &self.data
+    }
+
+    /// All pixels in row order.
+    pub fn pixels_mut(&mut self) -> &mut [T] {
+        &mut self.data
+    }
+
+    /// The pixels, given away.
+    pub fn into_vec(self) -> Vec<T> {
+        self.data
+    }
+
+    /// Row `y`.
+    pub fn row(&self, y: u32) -> &[T] {
+        let start = y as usize * self.width as usize;
+        &self.data[start..start + self.width as usize]
+    }
+
+    /// The pixel, or `None` outside the image.
+    pub fn get(&self, x: i64, y: i64) -> Option<&T> {
+        let inside = x >= 0 && y >= 0 && x < i64::from(self.width) && y < i64::from(self.height);
+        inside.then(|| &self.data[y as usize * self.width as usize + x as usize])
+    }
+}
+
+impl<T> std::ops::Index<(u32, u32)> for Raster<T> {
+    type Output = T;
+
+    fn index(&self, (x, y): (u32, u32)) -> &T {
+        debug_assert!(x < self.width, "column {x} of {}", self.width);
+        &self.data[y as usize * self.width as usize + x as usize]
+    }
+}
+
+impl<T> std::ops::IndexMut<(u32, u32)> for Raster<T> {
+    fn index_mut(&mut self, (x, y): (u32, u32)) -> &mut T {
+        debug_assert!(x < self.width, "column {x} of {}", self.width);
+        &mut self.data[y as usize * self.width as usize + x as usize]
+    }
+}
+
+impl Rgb {
+    /// Luminance by Rec. 601 in 8-bit fixed point, as OpenCV's `RGB2GRAY`.
+    pub fn to_gray(&self) -> Gray {
+        self.map(|&[r, g, b]| {
+            ((u32::from(r) * 4899 + u32::from(g) * 9617 + u32::from(b) * 1868 + (1 << 13)) >> 14) as u8
+        })
+    }
+}

@@ -1,0 +1,1 @@
+//! Recordings (MCAP), data-set importers and result files.

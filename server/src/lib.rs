@@ -1,0 +1,1 @@
+//! Networked reconstruction server for stereo endoscopy.

@@ -1,0 +1,2 @@
+//! The `mis-slam` command line.
+fn main() {}

@@ -1,0 +1,1 @@
+//! The CPU stereo tracker (ORB-SLAM class).
