@@ -1,2 +1,5 @@
 //! The `mis-slam` command line.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    mis_slam::cli::run()
+}

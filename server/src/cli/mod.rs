@@ -1,0 +1,104 @@
+//! The command line (design section 10): a contract that scripts depend on.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::config::{Config, ConfigError};
+
+mod demo;
+mod disparity;
+mod doctor;
+mod eval;
+mod import;
+mod progress;
+mod replay;
+mod serve;
+mod simulate;
+
+/// Networked reconstruction server for stereo endoscopy.
+#[derive(Debug, Parser)]
+#[command(name = "mis-slam", version, propagate_version = true, after_help = EXAMPLES)]
+pub struct Cli {
+    /// A configuration file laid over the defaults of config/server.toml.
+    #[arg(long, global = true, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// One option, laid over defaults and file; may be repeated.
+    #[arg(long = "set", global = true, value_name = "SECTION.KEY=VALUE")]
+    overrides: Vec<String>,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "Examples:
+  mis-slam demo                                      a simulated liver, live in the browser
+  mis-slam import hamlyn DIR -o rec.mcap             a data set becomes a recording
+  mis-slam replay rec.mcap --out run                 a recording becomes a trajectory and a model
+  mis-slam eval run --truth rec.mcap                 scores them against the recording's truth
+  mis-slam serve                                     the server that scope carts and viewers connect to";
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    Serve(serve::Serve),
+    Demo(demo::Demo),
+    Replay(replay::Replay),
+    Import(import::Import),
+    Simulate(simulate::Simulate),
+    Disparity(disparity::Disparity),
+    Eval(eval::Eval),
+    Doctor(doctor::Doctor),
+}
+
+/// How a verb ends when it does not succeed.
+#[derive(Debug)]
+pub enum Failure {
+    /// The arguments, the configuration or an input cannot be used: exit status 2.
+    BadInput(String),
+    /// Something else went wrong: exit status 1.
+    Failed(String),
+}
+
+impl Failure {
+    /// Wraps an error about something the user gave.
+    pub fn bad_input(error: impl std::fmt::Display) -> Self {
+        Self::BadInput(error.to_string())
+    }
+
+    /// Wraps any other error.
+    pub fn failed(error: impl std::fmt::Display) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
+        Self::bad_input(error)
+    }
+}
+
+/// What every verb returns.
+pub type Outcome = Result<(), Failure>;
+
+/// Parses the process's arguments, runs the verb, says what went wrong.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    crate::telemetry::start(matches!(cli.verb, Verb::Serve(_)));
+    let outcome = Config::load(cli.config.as_deref(), &cli.overrides).map_err(Failure::from).and_then(|config| match cli.verb {
+        Verb::Serve(verb) => verb.run(config),
+        Verb::Demo(verb) => verb.run(config),
+        Verb::Replay(verb) => verb.run(&config),
+        Verb::Import(verb) => verb.run(&config),
+        Verb::Simulate(verb) => verb.run(&config),
+        Verb::Disparity(verb) => verb.run(&config),
+        Verb::Eval(verb) => verb.run(),
+        Verb::Doctor(verb) => verb.run(&config),
+    });
+    let (status, message) = match outcome {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Failed(message)) => (1, message),
+        Err(Failure::BadInput(message)) => (2, message),
+    };
+    eprintln!("mis-slam: {message}");
+    ExitCode::from(status)
+}

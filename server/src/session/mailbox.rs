@@ -1,0 +1,172 @@
+//! The hand-over between stages: live video keeps the newest, a replay loses nothing (design section 4).
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// What happens to a value offered to a full mailbox.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Policy {
+    /// The oldest waiting value is dropped and counted: the paper's rule for live video.
+    NewestWins,
+    /// The sender waits: back-pressure for replays.
+    Lossless,
+}
+
+/// What became of an offered value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Offer {
+    /// It waits for the receiver.
+    Queued,
+    /// It waits for the receiver, in the place of an older one that is lost.
+    Superseded,
+    /// The receiver is gone; the value is lost.
+    Closed,
+}
+
+/// A bounded mailbox of `capacity` values.
+pub fn mailbox<T>(policy: Policy, capacity: usize) -> (MailboxSender<T>, MailboxReceiver<T>) {
+    let shared = Arc::new(Shared {
+        state: Mutex::new(State { waiting: VecDeque::with_capacity(capacity), senders: 1, receiving: true }),
+        changed: Condvar::new(),
+        policy,
+        capacity: capacity.max(1),
+    });
+    (MailboxSender { shared: Arc::clone(&shared) }, MailboxReceiver { shared })
+}
+
+struct State<T> {
+    waiting: VecDeque<T>,
+    senders: usize,
+    receiving: bool,
+}
+
+struct Shared<T> {
+    state: Mutex<State<T>>,
+    changed: Condvar,
+    policy: Policy,
+    capacity: usize,
+}
+
+impl<T> Shared<T> {
+    /// The state is consistent between any two statements, so a panic elsewhere does not spoil it.
+    fn lock(&self) -> MutexGuard<'_, State<T>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The end that values are put in by; clones share the mailbox.
+pub struct MailboxSender<T> {
+    shared: Arc<Shared<T>>,
+}
+
+impl<T> MailboxSender<T> {
+    /// Puts a value in; waits for room only under [`Policy::Lossless`].
+    pub fn offer(&self, value: T) -> Offer {
+        let mut state = self.shared.lock();
+        let mut offer = Offer::Queued;
+        while state.receiving && state.waiting.len() >= self.shared.capacity {
+            match self.shared.policy {
+                Policy::NewestWins => {
+                    state.waiting.pop_front();
+                    offer = Offer::Superseded;
+                }
+                Policy::Lossless => {
+                    state = self.shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+                }
+            }
+        }
+        if !state.receiving {
+            return Offer::Closed;
+        }
+        state.waiting.push_back(value);
+        self.shared.changed.notify_all();
+        offer
+    }
+}
+
+impl<T> Clone for MailboxSender<T> {
+    fn clone(&self) -> Self {
+        self.shared.lock().senders += 1;
+        Self { shared: Arc::clone(&self.shared) }
+    }
+}
+
+impl<T> Drop for MailboxSender<T> {
+    fn drop(&mut self) {
+        self.shared.lock().senders -= 1;
+        self.shared.changed.notify_all();
+    }
+}
+
+/// The end that values are taken out by.
+pub struct MailboxReceiver<T> {
+    shared: Arc<Shared<T>>,
+}
+
+impl<T> MailboxReceiver<T> {
+    /// The oldest waiting value; waits for one. `None` once all senders are gone and nothing waits.
+    pub fn take(&self) -> Option<T> {
+        let mut state = self.shared.lock();
+        loop {
+            if let Some(value) = state.waiting.pop_front() {
+                self.shared.changed.notify_all();
+                return Some(value);
+            }
+            if state.senders == 0 {
+                return None;
+            }
+            state = self.shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+impl<T> Drop for MailboxReceiver<T> {
+    fn drop(&mut self) {
+        let mut state = self.shared.lock();
+        state.receiving = false;
+        state.waiting.clear();
+        self.shared.changed.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_live_mailbox_keeps_the_newest_and_says_what_it_dropped() {
+        let (sender, receiver) = mailbox(Policy::NewestWins, 1);
+        assert_eq!(sender.offer(1), Offer::Queued);
+        assert_eq!(sender.offer(2), Offer::Superseded);
+        assert_eq!(receiver.take(), Some(2));
+    }
+
+    #[test]
+    fn a_lossless_mailbox_delivers_everything_in_order_to_a_slow_receiver() {
+        let (sender, receiver) = mailbox(Policy::Lossless, 2);
+        let producer = std::thread::spawn(move || (0..100).for_each(|n| assert_eq!(sender.offer(n), Offer::Queued)));
+        let received: Vec<i32> = std::iter::from_fn(|| receiver.take()).collect();
+        producer.join().unwrap();
+        assert_eq!(received, (0..100).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_waits_is_still_delivered_after_the_last_sender_left() {
+        let (sender, receiver) = mailbox(Policy::NewestWins, 1);
+        let clone = sender.clone();
+        drop(sender);
+        clone.offer(7);
+        drop(clone);
+        assert_eq!(receiver.take(), Some(7));
+        assert_eq!(receiver.take(), None);
+    }
+
+    #[test]
+    fn a_waiting_sender_is_released_when_the_receiver_leaves() {
+        let (sender, receiver) = mailbox(Policy::Lossless, 1);
+        sender.offer(1);
+        let blocked = std::thread::spawn(move || sender.offer(2));
+        drop(receiver);
+        assert_eq!(blocked.join().unwrap(), Offer::Closed);
+    }
+}

@@ -1,0 +1,168 @@
+//! Whether a picture is fit for fusion: black, frozen and blurred ones are not (design section 11).
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use geometry::Gray;
+use serde::Deserialize;
+
+/// Section `[quality]` of the configuration.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct QualityConfig {
+    /// A pixel darker than this (0-255) shows nothing.
+    pub dark_level: u8,
+    /// A picture with a larger share of dark pixels is black.
+    pub dark_share_max: f64,
+    /// A picture whose sharpness falls below this share of its recent median is blurred.
+    pub sharpness_ratio_min: f64,
+    /// Number of recent pictures that the sharpness is compared with.
+    pub sharpness_window: usize,
+}
+
+/// The verdict on one picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameQuality {
+    /// Fit for fusion.
+    Good,
+    /// Nothing can be seen.
+    Black,
+    /// The same picture as before, to the last bit.
+    Frozen,
+    /// Much less sharp than those before.
+    Blurred,
+}
+
+impl FrameQuality {
+    /// Only good pictures are fused.
+    pub fn allows_fusion(self) -> bool {
+        self == Self::Good
+    }
+
+    /// For people and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Black => "black",
+            Self::Frozen => "frozen",
+            Self::Blurred => "blurred",
+        }
+    }
+}
+
+/// Judges pictures in the order they come.
+pub struct QualityGate {
+    config: QualityConfig,
+    previous_hash: Option<u64>,
+    recent_sharpness: std::collections::VecDeque<f64>,
+}
+
+impl QualityGate {
+    /// A gate that has seen nothing.
+    pub fn new(config: &QualityConfig) -> Self {
+        Self { config: config.clone(), previous_hash: None, recent_sharpness: std::collections::VecDeque::new() }
+    }
+
+    /// The verdict on the next picture.
+    pub fn assess(&mut self, picture: &Gray) -> FrameQuality {
+        let hash = content_hash(picture);
+        let frozen = self.previous_hash.replace(hash) == Some(hash);
+        if dark_share(picture, self.config.dark_level) > self.config.dark_share_max {
+            FrameQuality::Black
+        } else if frozen {
+            FrameQuality::Frozen
+        } else if self.is_blurred(sharpness(picture)) {
+            FrameQuality::Blurred
+        } else {
+            FrameQuality::Good
+        }
+    }
+
+    /// Blurred pictures enter the window too, so that a lasting change of scene is accepted after half of it.
+    fn is_blurred(&mut self, sharpness: f64) -> bool {
+        let mut sorted: Vec<f64> = self.recent_sharpness.iter().copied().collect();
+        sorted.sort_by(f64::total_cmp);
+        let blurred = sorted
+            .get(sorted.len() / 2)
+            .is_some_and(|median| sharpness < self.config.sharpness_ratio_min * median);
+        if self.recent_sharpness.len() >= self.config.sharpness_window {
+            self.recent_sharpness.pop_front();
+        }
+        self.recent_sharpness.push_back(sharpness);
+        blurred
+    }
+}
+
+fn content_hash(picture: &Gray) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    picture.pixels().hash(&mut hasher);
+    hasher.finish()
+}
+
+fn dark_share(picture: &Gray, dark_level: u8) -> f64 {
+    let dark = picture.pixels().iter().filter(|&&level| level < dark_level).count();
+    dark as f64 / picture.pixels().len().max(1) as f64
+}
+
+/// Mean squared Laplacian over mean squared level, which does not change with exposure.
+fn sharpness(picture: &Gray) -> f64 {
+    let (mut laplacian_energy, mut energy) = (0_u64, 1_u64);
+    for y in 1..picture.height().saturating_sub(1) {
+        let (above, row, below) = (picture.row(y - 1), picture.row(y), picture.row(y + 1));
+        for x in 1..row.len().saturating_sub(1) {
+            let level = i64::from(row[x]);
+            let around = [row[x - 1], row[x + 1], above[x], below[x]].map(i64::from).iter().sum::<i64>();
+            laplacian_energy += (4 * level - around).unsigned_abs().pow(2);
+            energy += level.unsigned_abs().pow(2);
+        }
+    }
+    laplacian_energy as f64 / energy as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gate() -> QualityGate {
+        QualityGate::new(&QualityConfig {
+            dark_level: 12,
+            dark_share_max: 0.97,
+            sharpness_ratio_min: 0.25,
+            sharpness_window: 15,
+        })
+    }
+
+    fn stripes(offset: u32, period: u32) -> Gray {
+        Gray::from_fn(64, 48, |x, _| if (x + offset) / period % 2 == 0 { 60 } else { 180 })
+    }
+
+    #[test]
+    fn a_black_picture_is_black_even_when_it_repeats() {
+        let (mut gate, black) = (gate(), Gray::filled(64, 48, 3));
+        assert_eq!(gate.assess(&black), FrameQuality::Black);
+        assert_eq!(gate.assess(&black), FrameQuality::Black);
+    }
+
+    #[test]
+    fn an_identical_picture_is_frozen_and_the_next_different_one_is_good() {
+        let mut gate = gate();
+        assert_eq!(gate.assess(&stripes(0, 4)), FrameQuality::Good);
+        assert_eq!(gate.assess(&stripes(0, 4)), FrameQuality::Frozen);
+        assert_eq!(gate.assess(&stripes(1, 4)), FrameQuality::Good);
+    }
+
+    #[test]
+    fn a_sudden_loss_of_sharpness_is_blur_until_it_proves_to_be_the_scene() {
+        let mut gate = gate();
+        for offset in 0..10 {
+            assert_eq!(gate.assess(&stripes(offset, 2)), FrameQuality::Good);
+        }
+        let verdicts: Vec<_> = (0..20).map(|offset| gate.assess(&stripes(offset, 24))).collect();
+        assert_eq!(verdicts[0], FrameQuality::Blurred);
+        assert_eq!(verdicts[19], FrameQuality::Good);
+    }
+
+    #[test]
+    fn a_picture_without_pixels_is_judged_without_panic() {
+        assert_eq!(gate().assess(&Gray::filled(0, 0, 0)), FrameQuality::Good);
+    }
+}
