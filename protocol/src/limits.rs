@@ -1,0 +1,27 @@
+//! Versions and sizes that both sides know beforehand.
+
+/// The oldest protocol version that this crate speaks.
+pub const OLDEST_VERSION: u32 = 1;
+/// The newest protocol version that this crate speaks.
+pub const NEWEST_VERSION: u32 = 1;
+
+/// Characters of a session id.
+pub const MAX_SESSION_ID_CHARS: usize = 64;
+
+/// Surfels in one packed block; keeps a decoder's allocation under 64 MiB.
+pub const MAX_SURFELS_PER_MESSAGE: usize = 1 << 20;
+
+/// Surfels in one snapshot chunk: with ids and versions 60,000 bytes, so that a chunk fits one zenoh batch of 64 KiB.
+pub const SNAPSHOT_CHUNK_SURFELS: usize = 2500;
+
+/// Time in which a peer must say hello.
+pub const HELLO_TIMEOUT_MS: u64 = 5_000;
+
+/// WebSocket close code: the peer's message is no message of the protocol (RFC 6455: invalid payload).
+pub const CLOSE_MALFORMED: u16 = 1007;
+/// WebSocket close code: refused by a rule of the protocol; a refusal that says which came before (RFC 6455: policy).
+pub const CLOSE_REFUSED: u16 = 1008;
+/// WebSocket close code: message too big.
+pub const CLOSE_OVERSIZED: u16 = 1009;
+/// WebSocket close code: the server is going away.
+pub const CLOSE_GOING_AWAY: u16 = 1001;
