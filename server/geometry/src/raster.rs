@@ -120,3 +120,22 @@ impl Rgb {
         })
     }
 }
+
+impl Raster<u8> {
+    /// The value between pixels, or `None` outside the pixel centres.
+    pub fn bilinear(&self, x: f32, y: f32) -> Option<f32> {
+        let (last_x, last_y) = (self.width.checked_sub(1)?, self.height.checked_sub(1)?);
+        if !((0.0..=last_x as f32).contains(&x) && (0.0..=last_y as f32).contains(&y)) {
+            return None;
+        }
+        let (left, top) = (x as u32, y as u32);
+        let (right, bottom) = ((left + 1).min(last_x), (top + 1).min(last_y));
+        let (along_x, along_y) = (x - left as f32, y - top as f32);
+        let between = |row: &[u8]| {
+            let (a, b) = (f32::from(row[left as usize]), f32::from(row[right as usize]));
+            a + (b - a) * along_x
+        };
+        let (upper, lower) = (between(self.row(top)), between(self.row(bottom)));
+        Some(upper + (lower - upper) * along_y)
+    }
+}
