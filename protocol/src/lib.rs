@@ -18,7 +18,7 @@ mod surfel;
 mod version;
 
 /// The messages, generated from `proto/mis_slam/v1`.
-#[allow(missing_docs)]
+#[allow(missing_docs, clippy::all, clippy::doc_markdown)]
 pub mod v1 {
     include!(concat!(env!("OUT_DIR"), "/mis_slam.v1.rs"));
 }
