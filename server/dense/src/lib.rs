@@ -1,1 +1,5 @@
 //! Dense surfel SLAM on the GPU.
+
+mod observation;
+
+pub use observation::Observation;

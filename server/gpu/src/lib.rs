@@ -1,1 +1,29 @@
 //! The GPU device, kernels, buffers, readback and timing.
+//!
+//! [`Gpu::open`] chooses an adapter and makes one device. A [`KernelDeclaration`] is compiled once into a
+//! [`Kernel`], bound once to [`GpuBuffer`]s, and run inside the timed stages of a [`FrameRecorder`]: one frame is
+//! one encoder, and nothing is read back before it has been submitted.
+
+mod adapter;
+mod buffer;
+mod device;
+mod error;
+mod frame;
+mod kernel;
+mod memory;
+mod readback;
+mod scan;
+mod timing;
+
+pub use adapter::{AdapterDescription, AdapterSelection, list_adapters};
+pub use buffer::{BufferKind, GpuBuffer};
+pub use device::{Capabilities, Gpu};
+pub use error::GpuError;
+pub use frame::{FrameRecorder, Stage, Submitted};
+pub use kernel::{
+    Bindable, Binding, BoundKernel, Kernel, KernelDeclaration, KernelReflection, resolve_imports,
+};
+pub use memory::MemoryUse;
+pub use readback::Readback;
+pub use scan::{PrefixSum, scan_kernels};
+pub use timing::{Clock, FrameTimes, StageTime, StageTimer};

@@ -1,0 +1,168 @@
+//! One frame's GPU work: stages recorded into one encoder, submitted once.
+
+use std::time::Instant;
+
+use bytemuck::Pod;
+
+use crate::timing::sum_by_name;
+use crate::{BoundKernel, Clock, FrameTimes, Gpu, GpuBuffer, GpuError, StageTimer};
+
+/// Records the stages of one frame.
+pub struct FrameRecorder<'a> {
+    gpu: &'a Gpu,
+    timer: &'a StageTimer,
+    encoder: wgpu::CommandEncoder,
+    names: Vec<&'static str>,
+    cpu_ms: Vec<f64>,
+    dispatches: u32,
+}
+
+/// The kernels of one stage, recorded in order; each sees what the one before it wrote.
+pub struct Stage<'a> {
+    pass: wgpu::ComputePass<'a>,
+    limit: u32,
+    dispatches: u32,
+}
+
+/// A submitted frame whose times have not been read yet.
+#[must_use = "the timer can serve the next frame only after this one's times are collected"]
+pub struct Submitted<'a> {
+    gpu: &'a Gpu,
+    timer: &'a StageTimer,
+    names: Vec<&'static str>,
+    cpu_ms: Vec<f64>,
+    dispatches: u32,
+}
+
+impl<'a> FrameRecorder<'a> {
+    /// Starts a frame; `timer` must have no frame in flight.
+    pub fn begin(gpu: &'a Gpu, timer: &'a StageTimer) -> Self {
+        let encoder = new_encoder(gpu);
+        Self { gpu, timer, encoder, names: Vec::new(), cpu_ms: Vec::new(), dispatches: 0 }
+    }
+
+    /// Records one timed stage. Several stages of one name are summed in the report.
+    ///
+    /// # Errors
+    /// [`GpuError::TooManyStages`], and whatever `record` returns.
+    pub fn stage<E: From<GpuError>>(
+        &mut self,
+        name: &'static str,
+        record: impl FnOnce(&mut Stage) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let index = self.names.len() as u32;
+        if index >= self.timer.capacity() {
+            return Err(GpuError::TooManyStages { limit: self.timer.capacity() }.into());
+        }
+        let started = Instant::now();
+        let pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(name),
+            timestamp_writes: self.timer.writes(index),
+        });
+        let limit = self.gpu.device.limits().max_compute_workgroups_per_dimension;
+        let mut stage = Stage { pass, limit, dispatches: 0 };
+        let recorded = record(&mut stage);
+        self.dispatches += stage.dispatches;
+        drop(stage);
+        self.names.push(name);
+        recorded?;
+        if self.timer.clock() == Clock::Cpu {
+            self.run_now(started)?;
+        }
+        Ok(())
+    }
+
+    /// Zeroes a buffer.
+    pub fn clear<T: Pod>(&mut self, buffer: &GpuBuffer<T>) {
+        self.encoder.clear_buffer(buffer.raw(), 0, None);
+    }
+
+    /// Copies the first `len` elements of `source`.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfRange`] where either buffer is shorter.
+    pub fn copy<T: Pod>(
+        &mut self,
+        source: &GpuBuffer<T>,
+        target: &GpuBuffer<T>,
+        len: usize,
+    ) -> Result<(), GpuError> {
+        source.check_range(0, len)?;
+        target.check_range(0, len)?;
+        let bytes = (len * size_of::<T>()) as u64;
+        self.encoder.copy_buffer_to_buffer(source.raw(), 0, target.raw(), 0, bytes);
+        Ok(())
+    }
+
+    /// Hands the frame to the GPU and returns at once.
+    pub fn submit(mut self) -> Submitted<'a> {
+        if self.timer.clock() == Clock::Gpu {
+            self.timer.resolve(&mut self.encoder, self.names.len() as u32);
+        }
+        self.gpu.queue.submit([self.encoder.finish()]);
+        Submitted {
+            gpu: self.gpu,
+            timer: self.timer,
+            names: self.names,
+            cpu_ms: self.cpu_ms,
+            dispatches: self.dispatches,
+        }
+    }
+
+    pub(crate) fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        &mut self.encoder
+    }
+
+    /// Without GPU time stamps the only honest time of a stage is that of running it alone.
+    fn run_now(&mut self, started: Instant) -> Result<(), GpuError> {
+        let encoder = std::mem::replace(&mut self.encoder, new_encoder(self.gpu));
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.wait()?;
+        self.cpu_ms.push(started.elapsed().as_secs_f64() * 1e3);
+        Ok(())
+    }
+}
+
+impl Stage<'_> {
+    /// Runs `kernel` over at least `invocations` along x, y and z; the kernel guards the excess.
+    ///
+    /// # Errors
+    /// [`GpuError::DispatchTooLarge`].
+    pub fn run(&mut self, kernel: &BoundKernel, invocations: [u32; 3]) -> Result<(), GpuError> {
+        let size = kernel.workgroup();
+        let groups = [0, 1, 2].map(|axis| invocations[axis].div_ceil(size[axis]));
+        let largest = groups.into_iter().fold(0, u32::max);
+        if largest > self.limit {
+            let kernel = kernel.name().to_owned();
+            return Err(GpuError::DispatchTooLarge { kernel, workgroups: largest, limit: self.limit });
+        }
+        if groups.contains(&0) {
+            return Ok(());
+        }
+        self.pass.set_pipeline(kernel.pipeline());
+        self.pass.set_bind_group(0, kernel.bind_group(), &[]);
+        self.pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+        self.dispatches += 1;
+        Ok(())
+    }
+}
+
+impl Submitted<'_> {
+    /// Waits for the frame and returns the time of each of its stages.
+    ///
+    /// # Errors
+    /// [`GpuError::DeviceLost`] and whatever the driver raised in the frame.
+    pub fn collect(self) -> Result<FrameTimes, GpuError> {
+        let clock = self.timer.clock();
+        let ms = match clock {
+            Clock::Gpu => self.timer.read(self.gpu, self.names.len() as u32)?,
+            Clock::Cpu => self.cpu_ms,
+        };
+        self.gpu.health()?;
+        Ok(FrameTimes { stages: sum_by_name(&self.names, &ms, clock), dispatches: self.dispatches })
+    }
+}
+
+fn new_encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
+    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") })
+}
