@@ -17,8 +17,10 @@ fn surfel(id: u32, x_m: f32) -> WireSurfel {
 }
 
 fn changes(model: &PackedModel, removed: &[u32], added: &[u32], updated: &[u32]) -> ModelEpoch {
-    let block =
-        |ids: &[u32], x_m| pack_surfels(&ids.iter().map(|&id| surfel(id, x_m)).collect::<Vec<_>>()).unwrap();
+    let block = |ids: &[u32], x_m| {
+        let surfels: Vec<_> = ids.iter().map(|&id| surfel(id, x_m)).collect();
+        pack_surfels(&surfels).expect("all of them have a packed form")
+    };
     let epoch = model.epoch() + 1;
     ModelEpoch {
         epoch,
@@ -33,7 +35,7 @@ fn changes(model: &PackedModel, removed: &[u32], added: &[u32], updated: &[u32])
 
 fn seeded(chunks: &[SnapshotChunk]) -> PackedModel {
     let mut assembly = SnapshotAssembly::default();
-    let mut models = chunks.iter().filter_map(|chunk| assembly.push(chunk).unwrap());
+    let mut models = chunks.iter().filter_map(|chunk| assembly.push(chunk).expect("chunks in order"));
     models.next().expect("the last chunk completes the model")
 }
 
