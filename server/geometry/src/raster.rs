@@ -139,3 +139,31 @@ impl Raster<u8> {
         Some(upper + (lower - upper) * along_y)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_between_pixels_are_interpolated() {
+        let image = Gray::from_vec(2, 2, vec![0, 100, 50, 250]).expect("four pixels");
+        assert_eq!(image.bilinear(0.25, 0.0), Some(25.0));
+        assert_eq!(image.bilinear(0.5, 0.5), Some(100.0));
+        assert_eq!(image.bilinear(1.0, 1.0), Some(250.0));
+    }
+
+    #[test]
+    fn there_is_no_value_outside_the_pixel_centres() {
+        let image = Gray::filled(2, 2, 9);
+        for (x, y) in [(-0.1, 0.0), (1.1, 0.0), (0.0, 1.1), (f32::NAN, 0.0)] {
+            assert_eq!(image.bilinear(x, y), None, "({x}, {y})");
+        }
+        assert_eq!(Gray::filled(0, 0, 0).bilinear(0.0, 0.0), None);
+    }
+
+    #[test]
+    fn pixels_that_do_not_fill_the_image_are_refused() {
+        let error = Gray::from_vec(3, 2, vec![0; 5]).expect_err("one is missing");
+        assert_eq!(error.to_string(), "an image of 3x2 needs 6 pixels, got 5");
+    }
+}

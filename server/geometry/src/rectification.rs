@@ -1,7 +1,9 @@
 //! Stereo rectification after Bouguet, with the conventions of OpenCV's `stereoRectify` at `alpha = 0` with
 //! `CALIB_ZERO_DISPARITY`: each camera turns by half of their relative rotation, then both turn so that the
 //! baseline is the x axis; one focal length and one principal point for both; every rectified pixel is seen by
-//! its camera.
+//! its camera. OpenCV probes each edge of the view at nine places and stops undistorting after five steps; here
+//! every edge pixel is probed and the undistortion converges, so that every
+//! rectified pixel is truly seen; figures differ by about a tenth of a pixel.
 
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
 
@@ -10,9 +12,6 @@ use crate::validate::check_side_by_side;
 use crate::{
     CameraModel, GeometryError, Gray, Mask, Pinhole, Pose, Raster, Rgb, StereoCalibration, StereoRig,
 };
-
-/// Places per side at which the edge of the view is probed, as in OpenCV.
-const EDGE_PROBES: u32 = 9;
 
 /// One of the two cameras.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -214,12 +213,13 @@ fn zoom_to_fill(
 ) -> Result<f64, GeometryError> {
     let mut low = Vector2::repeat(f64::NEG_INFINITY);
     let mut high = Vector2::repeat(f64::INFINITY);
-    for probe in 0..EDGE_PROBES {
-        let along = last * (f64::from(probe) / f64::from(EDGE_PROBES - 1));
-        low.x = low.x.max(turned.on_plane(0.0, along.y)?.x * focal_px);
-        high.x = high.x.min(turned.on_plane(last.x, along.y)?.x * focal_px);
-        low.y = low.y.max(turned.on_plane(along.x, 0.0)?.y * focal_px);
-        high.y = high.y.min(turned.on_plane(along.x, last.y)?.y * focal_px);
+    for y in 0..turned.camera.pinhole.height_px {
+        low.x = low.x.max(turned.on_plane(0.0, f64::from(y))?.x * focal_px);
+        high.x = high.x.min(turned.on_plane(last.x, f64::from(y))?.x * focal_px);
+    }
+    for x in 0..turned.camera.pinhole.width_px {
+        low.y = low.y.max(turned.on_plane(f64::from(x), 0.0)?.y * focal_px);
+        high.y = high.y.min(turned.on_plane(f64::from(x), last.y)?.y * focal_px);
     }
     if low.max() >= 0.0 || high.min() <= 0.0 {
         return Err(GeometryError::NoCommonView(format!(

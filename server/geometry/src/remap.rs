@@ -128,12 +128,14 @@ fn tap(source: Option<Point2<f64>>, width_px: u32, height_px: u32) -> Tap {
     Tap { top_left: y * width_px + x, right, bottom }
 }
 
-/// A coordinate as the pixel before it and the weight of the pixel after it.
+/// A coordinate as the pixel before it and the weight of the pixel after it; rounds onto the edge.
 fn split(coordinate_px: f64, side_px: u32) -> Option<(u32, u16)> {
     let last = side_px - 1;
-    if last == 0 || !(0.0..=f64::from(last)).contains(&coordinate_px) {
+    let slack_px = 0.5 / f64::from(WEIGHT_ONE);
+    if last == 0 || !(-slack_px..=f64::from(last) + slack_px).contains(&coordinate_px) {
         return None;
     }
+    let coordinate_px = coordinate_px.clamp(0.0, f64::from(last));
     let before = (coordinate_px as u32).min(last - 1);
     let weight = (coordinate_px - f64::from(before)) * f64::from(WEIGHT_ONE);
     Some((before, weight.round() as u16))

@@ -41,3 +41,38 @@ pub fn tukey(squared_residual: f64, cutoff: f64) -> RobustCost {
 pub fn is_inlier(squared_residual: f64, threshold: f64) -> bool {
     squared_residual <= threshold
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Kernel = fn(f64, f64) -> RobustCost;
+    const KERNELS: [(&str, Kernel); 2] = [("huber", huber), ("tukey", tukey)];
+
+    #[test]
+    fn small_residuals_count_in_full() {
+        for (name, kernel) in KERNELS {
+            let RobustCost { cost, weight } = kernel(1e-8, 2.0);
+            assert!((cost / 1e-8 - 1.0).abs() < 1e-6 && (weight - 1.0).abs() < 1e-6, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_weight_is_the_derivative_of_the_cost() {
+        let step = 1e-5;
+        for (name, kernel) in KERNELS {
+            for squared in [0.1, 1.0, 3.9, 4.1, 9.0, 100.0] {
+                let slope =
+                    (kernel(squared + step, 2.0).cost - kernel(squared - step, 2.0).cost) / (2.0 * step);
+                let weight = kernel(squared, 2.0).weight;
+                assert!((slope - weight).abs() < 1e-6, "{name} at {squared}: {slope} and {weight}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_residual_that_is_not_a_number_is_no_inlier() {
+        assert!(is_inlier(7.8, CHI2_95_3DOF) && !is_inlier(6.0, CHI2_95_2DOF));
+        assert!(!is_inlier(f64::NAN, CHI2_95_3DOF));
+    }
+}

@@ -58,3 +58,37 @@ fn nearest(stamp_ns: i128, frame_stamps_ns: &[u64], window_ns: i128) -> Option<u
     let candidates = after.saturating_sub(1)..=after.min(frame_stamps_ns.len() - 1);
     candidates.min_by_key(|&frame| distance_ns(frame)).filter(|&frame| distance_ns(frame) <= window_ns)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAMES_NS: [u64; 4] = [1_000, 1_030, 1_060, 1_090];
+
+    #[test]
+    fn a_stamp_belongs_to_the_nearest_frame_within_a_third_of_the_gap() {
+        let found = associate(&[1_000, 1_039, 1_045, 1_071, 1_100], &FRAMES_NS);
+        assert_eq!(found.clock, Clock::Absolute);
+        assert_eq!(found.frames, [Some(0), Some(1), None, None, Some(3)]);
+    }
+
+    #[test]
+    fn stamps_may_count_from_the_first_frame() {
+        let found = associate(&[0, 31, 90], &FRAMES_NS);
+        assert_eq!(found.clock, Clock::Relative);
+        assert_eq!(found.frames, [Some(0), Some(1), Some(3)]);
+    }
+
+    #[test]
+    fn stamps_of_another_clock_belong_nowhere() {
+        let found = associate(&[5_000, i64::MIN], &FRAMES_NS);
+        assert_eq!(found, Association { frames: vec![None, None], clock: Clock::Unknown });
+        assert_eq!(associate(&[0], &[]).clock, Clock::Unknown);
+    }
+
+    #[test]
+    fn a_lone_frame_takes_what_is_within_ten_milliseconds() {
+        let found = associate(&[9_000_000, 11_000_000], &[0]);
+        assert_eq!(found.frames, [Some(0), None]);
+    }
+}
