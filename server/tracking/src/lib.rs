@@ -1,1 +1,24 @@
-//! The CPU stereo tracker (ORB-SLAM class).
+//! The CPU stereo tracker: an ORB-SLAM2-class front end (Mur-Artal and Tardos 2017), tuned for tissue as
+//! Mahmoud et al. (2016) did: more features, a lower FAST threshold, wider windows.
+//!
+//! [`Tracker::track`] takes a rectified pair and gives a [`TrackingReport`]. The folders follow a frame's way:
+//! [`feature`] finds corners, [`matching`] finds them again, [`solve`] turns matches into poses and points, [`map`] holds
+//! keyframes and points, [`local_mapping`] tends them, `tracker` decides. Everything is deterministic: the same
+//! frames give the same poses, whatever the number of threads.
+
+pub mod config;
+mod error;
+pub mod feature;
+mod frame;
+pub mod local_mapping;
+pub mod map;
+pub mod matching;
+mod report;
+pub mod solve;
+mod tracker;
+
+pub use config::TrackingConfig;
+pub use error::TrackingError;
+pub use frame::{FrameFeatures, StereoFrame};
+pub use report::{KeyframeReason, Outcome, PoseSource, TrackedFeature, TrackingReport, TrackingStatistics};
+pub use tracker::Tracker;

@@ -1,0 +1,247 @@
+//! FAST-9 corners (Rosten and Drummond 2006).
+//!
+//! The score of a pixel of value `c` is the largest `s` such that nine contiguous pixels of its Bresenham circle of
+//! radius 3 are all `>= c + s`, or all `<= c - s`; it is a corner at threshold `t` where `s > t`. Scores are computed
+//! for sixteen pixels at once with byte minima and maxima, which the compiler turns into vector instructions.
+
+use geometry::{Gray, Raster};
+
+/// Circle of radius 3, clockwise from the top: `(dx, dy)`.
+pub const CIRCLE: [(i32, i32); 16] = [
+    (0, -3),
+    (1, -3),
+    (2, -2),
+    (3, -1),
+    (3, 0),
+    (3, 1),
+    (2, 2),
+    (1, 3),
+    (0, 3),
+    (-1, 3),
+    (-2, 2),
+    (-3, 1),
+    (-3, 0),
+    (-3, -1),
+    (-2, -2),
+    (-1, -3),
+];
+
+const RADIUS: usize = 3;
+const LANES: usize = 16;
+type Lanes = [u8; LANES];
+
+/// A corner on one image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// FAST score, grey levels.
+    pub score: u8,
+}
+
+/// Scores above `threshold` of all pixels at least 3 from the border; 0 elsewhere. Images narrower than 22 have none.
+pub fn score_map(image: &Gray, threshold: u8) -> Raster<u8> {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let mut scores = Raster::filled(image.width(), image.height(), 0);
+    if width < LANES + 2 * RADIUS || height < 2 * RADIUS + 1 {
+        return scores;
+    }
+    let last_start = width - RADIUS - LANES;
+    let pixels = image.pixels();
+    for y in RADIUS..height - RADIUS {
+        let window = &pixels[(y - RADIUS) * width..(y + RADIUS + 1) * width];
+        let out = &mut scores.pixels_mut()[y * width..(y + 1) * width];
+        let mut x = RADIUS;
+        while x < width - RADIUS {
+            let start = x.min(last_start);
+            if compass_bound(window, width, start).iter().any(|&bound| bound > threshold) {
+                let block = score_block(window, width, start);
+                for (target, &score) in out[start..start + LANES].iter_mut().zip(&block) {
+                    *target = if score > threshold { score } else { 0 };
+                }
+            }
+            x += LANES;
+        }
+    }
+    scores
+}
+
+/// Corners of a score map: strict local maxima over 3x3, at least `border` from the edge, in row order.
+pub fn local_maxima(scores: &Raster<u8>, border: u32) -> Vec<Corner> {
+    let (width, height) = (scores.width() as usize, scores.height() as usize);
+    let border = (border as usize).max(1);
+    let mut corners = Vec::new();
+    if width <= 2 * border || height <= 2 * border {
+        return corners;
+    }
+    for y in border..height - border {
+        let rows = [-1_i64, 0, 1].map(|dy| scores.row((y as i64 + dy) as u32));
+        for (block, values) in rows[1][border..width - border].chunks(LANES).enumerate() {
+            if values.iter().all(|&value| value == 0) {
+                continue;
+            }
+            for (lane, &score) in values.iter().enumerate() {
+                let x = border + block * LANES + lane;
+                if score > 0 && is_maximum(rows, x, score) {
+                    corners.push(Corner { x: x as u32, y: y as u32, score });
+                }
+            }
+        }
+    }
+    corners
+}
+
+/// Of equal neighbours the first in row order wins.
+fn is_maximum(rows: [&[u8]; 3], x: usize, score: u8) -> bool {
+    let before = [rows[0][x - 1], rows[0][x], rows[0][x + 1], rows[1][x - 1]];
+    let after = [rows[1][x + 1], rows[2][x - 1], rows[2][x], rows[2][x + 1]];
+    before.iter().all(|&other| other < score) && after.iter().all(|&other| other <= score)
+}
+
+fn lanes_at(window: &[u8], width: usize, x: usize, (dx, dy): (i32, i32)) -> &Lanes {
+    let row = (dy + RADIUS as i32) as usize;
+    let start = row * width + (x as i32 + dx) as usize;
+    window[start..start + LANES].try_into().expect("a slice of LANES bytes")
+}
+
+/// Nine contiguous pixels of the circle always hold two neighbouring compass points, which bounds the score.
+fn compass_bound(window: &[u8], width: usize, x: usize) -> Lanes {
+    let centre = lanes_at(window, width, x, (0, 0));
+    let [north, east, south, west] = [0, 4, 8, 12].map(|i| lanes_at(window, width, x, CIRCLE[i]));
+    let mut bound = [0; LANES];
+    for i in 0..LANES {
+        let highest = north[i].max(south[i]).min(east[i].max(west[i]));
+        let lowest = north[i].min(south[i]).max(east[i].min(west[i]));
+        bound[i] = highest.saturating_sub(centre[i]).max(centre[i].saturating_sub(lowest));
+    }
+    bound
+}
+
+fn score_block(window: &[u8], width: usize, x: usize) -> Lanes {
+    let centre = lanes_at(window, width, x, (0, 0));
+    let circle: [Lanes; 16] = std::array::from_fn(|i| *lanes_at(window, width, x, CIRCLE[i]));
+    let highest = best_arc(&circle, min, max);
+    let lowest = best_arc(&circle, max, min);
+    let mut score = [0; LANES];
+    for i in 0..LANES {
+        score[i] = highest[i].saturating_sub(centre[i]).max(centre[i].saturating_sub(lowest[i]));
+    }
+    score
+}
+
+/// `best` over all arcs of nine of the `worst` in the arc: max of minima for bright arcs, min of maxima for dark ones.
+///
+/// Arcs `2k..=2k+8` and `2k+1..=2k+9` share eight pixels, whose extremum is built by doubling.
+fn best_arc(
+    circle: &[Lanes; 16],
+    worst: impl Fn(&Lanes, &Lanes) -> Lanes,
+    best: impl Fn(&Lanes, &Lanes) -> Lanes,
+) -> Lanes {
+    let two: [Lanes; 8] = std::array::from_fn(|k| worst(&circle[2 * k + 1], &circle[(2 * k + 2) % 16]));
+    let four: [Lanes; 8] = std::array::from_fn(|k| worst(&two[k], &two[(k + 1) % 8]));
+    let arc = |k: usize| {
+        let eight = worst(&four[k], &four[(k + 2) % 8]);
+        worst(&eight, &best(&circle[2 * k], &circle[(2 * k + 9) % 16]))
+    };
+    (1..8).fold(arc(0), |found, k| best(&found, &arc(k)))
+}
+
+#[inline(always)]
+fn min(a: &Lanes, b: &Lanes) -> Lanes {
+    let mut out = [0; LANES];
+    for i in 0..LANES {
+        out[i] = a[i].min(b[i]);
+    }
+    out
+}
+
+#[inline(always)]
+fn max(a: &Lanes, b: &Lanes) -> Lanes {
+    let mut out = [0; LANES];
+    for i in 0..LANES {
+        out[i] = a[i].max(b[i]);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt;
+    use rand_pcg::Pcg64Mcg;
+
+    /// The definition, read off the module's comment.
+    fn naive_is_corner(image: &Gray, x: i64, y: i64, threshold: i32) -> bool {
+        let value = |(dx, dy): (i32, i32)| {
+            i32::from(*image.get(x + i64::from(dx), y + i64::from(dy)).expect("inside"))
+        };
+        let centre = value((0, 0));
+        (0..16).any(|start| {
+            let mut arc = (0..9).map(|i| value(CIRCLE[(start + i) % 16]) - centre);
+            let mut dark_arc = arc.clone();
+            arc.all(|difference| difference > threshold) || dark_arc.all(|difference| difference < -threshold)
+        })
+    }
+
+    fn blobs(width: u32, height: u32, seed: u128) -> Gray {
+        let mut random = Pcg64Mcg::new(seed);
+        let values: Vec<u8> = (0..24 * 24).map(|_| random.random_range(0..=255)).collect();
+        Raster::from_fn(width, height, |x, y| {
+            values[((y / 4 % 24) * 24 + x / 4 % 24) as usize] / 2 + (x % 3) as u8
+        })
+    }
+
+    #[test]
+    fn scores_agree_with_the_naive_definition_at_every_threshold() {
+        for (width, height, seed) in [(47, 31, 1), (22, 7, 2), (64, 20, 3)] {
+            let image = blobs(width, height, seed);
+            for threshold in [0, 5, 20, 60] {
+                let scores = score_map(&image, threshold);
+                for y in 3..height - 3 {
+                    for x in 3..width - 3 {
+                        let expected = naive_is_corner(&image, x.into(), y.into(), threshold.into());
+                        assert_eq!(scores[(x, y)] > 0, expected, "({x}, {y}) at threshold {threshold}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_score_is_the_largest_threshold_plus_one() {
+        let image = blobs(47, 31, 9);
+        let scores = score_map(&image, 0);
+        let mut corners = 0;
+        for y in 3..28_u32 {
+            for x in 3..44_u32 {
+                let score = i32::from(scores[(x, y)]);
+                if score > 0 {
+                    corners += 1;
+                    assert!(naive_is_corner(&image, x.into(), y.into(), score - 1));
+                    assert!(!naive_is_corner(&image, x.into(), y.into(), score));
+                }
+            }
+        }
+        assert!(corners > 50, "{corners} corners");
+    }
+
+    #[test]
+    fn equal_neighbours_give_one_corner() {
+        let mut scores = Raster::filled(40, 40, 0);
+        for (x, y) in [(20, 20), (21, 20), (20, 21), (30, 7)] {
+            scores[(x, y)] = 50;
+        }
+        let found: Vec<_> = local_maxima(&scores, 3).iter().map(|corner| (corner.x, corner.y)).collect();
+        assert_eq!(found, [(30, 7), (20, 20)]);
+    }
+
+    #[test]
+    fn images_too_small_for_a_circle_have_no_corners() {
+        for (width, height) in [(1, 1), (6, 100), (21, 30), (100, 6)] {
+            let scores = score_map(&blobs(width, height, 4), 1);
+            assert!(local_maxima(&scores, 3).is_empty());
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! What comes in, and what is extracted from it.
+
+use geometry::{Gray, Mask, Pose, StereoRig};
+use nalgebra::{Point2, Point3};
+
+use crate::TrackingError;
+use crate::config::{PoseConfig, TrackingConfig};
+use crate::feature::grid::FeatureGrid;
+use crate::feature::{Extractor, Features, ValidityMap};
+use crate::matching::stereo_rows::{Eye, StereoMatch, match_rows};
+use crate::solve::reprojection::Observation;
+
+/// A rectified stereo pair, both images of the rig's size.
+#[derive(Clone, Copy, Debug)]
+pub struct StereoFrame<'a> {
+    /// When it was taken.
+    pub stamp_ns: u64,
+    /// Left image.
+    pub left: &'a Gray,
+    /// Right image.
+    pub right: &'a Gray,
+    /// What covers the tissue in the left image.
+    pub mask: Option<&'a Mask>,
+}
+
+impl StereoFrame<'_> {
+    /// Refuses images that are not of the rig's size.
+    pub(crate) fn check_size(&self, rig: &StereoRig) -> Result<(), TrackingError> {
+        let expected = (rig.left.width_px, rig.left.height_px);
+        let sizes = [
+            ("left", Some(self.left.size())),
+            ("right", Some(self.right.size())),
+            ("mask", self.mask.map(Mask::size)),
+        ];
+        for (what, size) in sizes {
+            match size {
+                Some(got) if got != expected => return Err(TrackingError::ImageSize { what, expected, got }),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The features of a pair: left keypoints, their depth where the right image has them too.
+#[derive(Clone, Debug)]
+pub struct FrameFeatures {
+    /// Left features.
+    pub features: Features,
+    /// Counterparts in the right image, by left feature.
+    pub stereo: Vec<Option<StereoMatch>>,
+    /// Left features by place.
+    pub grid: FeatureGrid,
+    /// Features found in the right image.
+    pub right_count: usize,
+}
+
+impl FrameFeatures {
+    /// Extracts both images in parallel and matches them along rows.
+    pub fn extract(
+        frame: &StereoFrame,
+        rig: &StereoRig,
+        extractor: &Extractor,
+        config: &TrackingConfig,
+    ) -> Self {
+        let extract = |image: &Gray, mask: Option<&Mask>| {
+            extractor.extract(image, &ValidityMap::new(image, mask, &config.masks))
+        };
+        let ((features, pyramid), (right_features, right_pyramid)) =
+            rayon::join(|| extract(frame.left, frame.mask), || extract(frame.right, None));
+        let left_eye = Eye { features: &features, pyramid: &pyramid };
+        let right_eye = Eye { features: &right_features, pyramid: &right_pyramid };
+        let stereo = match_rows(left_eye, right_eye, rig, &config.stereo);
+        let grid = FeatureGrid::new(&features.keypoints, frame.left.size());
+        Self { features, stereo, grid, right_count: right_features.len() }
+    }
+
+    /// Number of left features.
+    pub fn len(&self) -> usize {
+        self.features.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.features.is_empty()
+    }
+
+    /// Features with a depth.
+    pub fn stereo_count(&self) -> usize {
+        self.stereo.iter().flatten().count()
+    }
+
+    /// Left pixel in double precision.
+    pub fn pixel(&self, index: usize) -> Point2<f64> {
+        self.features.keypoints[index].pixel.map(f64::from)
+    }
+
+    /// Feature `index` as an observation, its uncertainty grown with its level.
+    pub fn observation(&self, index: usize, scales: &[f32], config: &PoseConfig) -> Observation {
+        let level = usize::from(self.features.keypoints[index].level);
+        Observation {
+            pixel: self.pixel(index),
+            right_x_px: self.stereo[index].map(|stereo| f64::from(stereo.right_x_px)),
+            sigma_px: config.sigma_px * f64::from(scales[level]),
+        }
+    }
+
+    /// The point that feature `index` measures, in the world of a camera pose.
+    pub fn point_in_world(
+        &self,
+        index: usize,
+        rig: &StereoRig,
+        world_from_camera: &Pose,
+    ) -> Option<Point3<f64>> {
+        let stereo = self.stereo[index]?;
+        Some(world_from_camera * rig.left.back_project(&self.pixel(index), stereo.depth_m))
+    }
+
+    /// Median depth of the features that have one.
+    pub fn median_depth_m(&self) -> Option<f64> {
+        let mut depths: Vec<f64> = self.stereo.iter().flatten().map(|stereo| stereo.depth_m).collect();
+        let middle = depths.len().checked_sub(1)? / 2;
+        Some(*depths.select_nth_unstable_by(middle, f64::total_cmp).1)
+    }
+}

@@ -1,0 +1,49 @@
+//! A frame that stays in the map.
+
+use std::sync::Arc;
+
+use geometry::Pose;
+
+use super::PointId;
+use crate::frame::FrameFeatures;
+
+/// Names a keyframe; later ones are greater.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct KeyframeId(pub(super) u64);
+
+impl KeyframeId {
+    /// Keyframes made between two ids.
+    pub fn age(self, newer: Self) -> u64 {
+        newer.0.saturating_sub(self.0)
+    }
+}
+
+/// A frame with its pose and the map points that it sees.
+#[derive(Clone, Debug)]
+pub struct Keyframe {
+    /// When it was taken.
+    pub stamp_ns: u64,
+    /// Where from.
+    pub camera_from_world: Pose,
+    /// Its features.
+    pub frame: Arc<FrameFeatures>,
+    /// Map point of each feature; only the map changes these.
+    pub(super) points: Vec<Option<PointId>>,
+}
+
+impl Keyframe {
+    pub(super) fn new(stamp_ns: u64, camera_from_world: Pose, frame: Arc<FrameFeatures>) -> Self {
+        let points = vec![None; frame.len()];
+        Self { stamp_ns, camera_from_world, frame, points }
+    }
+
+    /// Map point of each feature.
+    pub fn points(&self) -> &[Option<PointId>] {
+        &self.points
+    }
+
+    /// Number of map points seen.
+    pub fn point_count(&self) -> usize {
+        self.points.iter().flatten().count()
+    }
+}

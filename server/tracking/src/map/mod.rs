@@ -1,0 +1,141 @@
+//! The sparse map: keyframes, points, and which keyframe sees which point.
+//!
+//! [`Map`] alone changes links between points and keyframes, so both directions always agree.
+
+mod covisibility;
+mod keyframe;
+mod map_point;
+
+pub use covisibility::{LocalMap, local_map};
+pub use keyframe::{Keyframe, KeyframeId};
+pub use map_point::{MapPoint, PointId, Seen};
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use geometry::Pose;
+use nalgebra::Point3;
+
+use crate::frame::FrameFeatures;
+
+/// Keyframes and points by id; ids grow and are never used again.
+#[derive(Clone, Debug, Default)]
+pub struct Map {
+    keyframes: BTreeMap<KeyframeId, Keyframe>,
+    points: BTreeMap<PointId, MapPoint>,
+    next_keyframe: u64,
+    next_point: u64,
+}
+
+impl Map {
+    /// All keyframes, oldest first.
+    pub fn keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
+        self.keyframes.iter().map(|(id, keyframe)| (*id, keyframe))
+    }
+
+    /// All points, oldest first.
+    pub fn points(&self) -> impl Iterator<Item = (PointId, &MapPoint)> {
+        self.points.iter().map(|(id, point)| (*id, point))
+    }
+
+    /// Number of keyframes.
+    pub fn keyframe_count(&self) -> usize {
+        self.keyframes.len()
+    }
+
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// A keyframe, unless it was removed.
+    pub fn keyframe(&self, id: KeyframeId) -> Option<&Keyframe> {
+        self.keyframes.get(&id)
+    }
+
+    /// A point, unless it was removed.
+    pub fn point(&self, id: PointId) -> Option<&MapPoint> {
+        self.points.get(&id)
+    }
+
+    /// A point to be changed, unless it was removed.
+    pub fn point_mut(&mut self, id: PointId) -> Option<&mut MapPoint> {
+        self.points.get_mut(&id)
+    }
+
+    /// A keyframe's pose to be changed, unless it was removed.
+    pub fn keyframe_pose_mut(&mut self, id: KeyframeId) -> Option<&mut Pose> {
+        self.keyframes.get_mut(&id).map(|keyframe| &mut keyframe.camera_from_world)
+    }
+
+    /// Adds a keyframe that sees no points yet.
+    pub fn add_keyframe(
+        &mut self,
+        stamp_ns: u64,
+        camera_from_world: Pose,
+        frame: Arc<FrameFeatures>,
+    ) -> KeyframeId {
+        let id = KeyframeId(self.next_keyframe);
+        self.next_keyframe += 1;
+        self.keyframes.insert(id, Keyframe::new(stamp_ns, camera_from_world, frame));
+        id
+    }
+
+    /// Adds a point that `feature` of `keyframe` sees; `None` where the keyframe is gone or the feature taken.
+    pub fn add_point(&mut self, position_in_world: Point3<f64>, seen: Seen) -> Option<PointId> {
+        let slot = self.keyframes.get_mut(&seen.keyframe)?.points.get_mut(seen.feature)?;
+        if slot.is_some() {
+            return None;
+        }
+        let id = PointId(self.next_point);
+        self.next_point += 1;
+        *slot = Some(id);
+        let keyframe = self.keyframes.get(&seen.keyframe)?;
+        self.points.insert(id, MapPoint::new(position_in_world, seen, keyframe));
+        Some(id)
+    }
+
+    /// Notes that a keyframe's feature sees a point; nothing happens where either is gone or already linked.
+    pub fn link(&mut self, id: PointId, seen: Seen) {
+        let (Some(point), Some(keyframe)) =
+            (self.points.get_mut(&id), self.keyframes.get_mut(&seen.keyframe))
+        else {
+            return;
+        };
+        let Some(slot) = keyframe.points.get_mut(seen.feature) else { return };
+        if slot.is_none() && point.seen.iter().all(|other| other.keyframe != seen.keyframe) {
+            *slot = Some(id);
+            point.seen.push(seen);
+        }
+    }
+
+    /// Removes a point and all links to it.
+    pub fn remove_point(&mut self, id: PointId) {
+        let Some(point) = self.points.remove(&id) else { return };
+        for seen in point.seen {
+            if let Some(keyframe) = self.keyframes.get_mut(&seen.keyframe) {
+                keyframe.points[seen.feature] = None;
+            }
+        }
+    }
+
+    /// Removes a keyframe, all links to it, and the points that no other keyframe sees.
+    pub fn remove_keyframe(&mut self, id: KeyframeId) {
+        let Some(keyframe) = self.keyframes.remove(&id) else { return };
+        for point_id in keyframe.points.into_iter().flatten() {
+            if let Some(point) = self.points.get_mut(&point_id) {
+                point.seen.retain(|seen| seen.keyframe != id);
+                if point.seen.is_empty() {
+                    self.points.remove(&point_id);
+                }
+            }
+        }
+    }
+
+    /// Recomputes what a point's sightings say about its looks: descriptor, mean direction, range of distances.
+    pub fn summarise_point(&mut self, id: PointId, scales: &[f32]) {
+        if let Some(point) = self.points.get_mut(&id) {
+            point.summarise(&self.keyframes, scales);
+        }
+    }
+}

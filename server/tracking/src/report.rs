@@ -1,0 +1,99 @@
+//! What comes out of a frame.
+
+use geometry::Pose;
+use nalgebra::Point2;
+
+/// What the tracker knows after a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// No frame yet had enough stereo points to start a map.
+    NotInitialized,
+    /// The pose follows from the last one.
+    Tracked,
+    /// Found again after being lost.
+    Recovered,
+    /// The pose is unknown.
+    Lost {
+        /// Stamp of the first frame that could not be tracked.
+        since_ns: u64,
+    },
+}
+
+/// A left feature of the frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackedFeature {
+    /// Where, full-size px.
+    pub pixel: Point2<f32>,
+    /// Depth by stereo, where the right image shows it too.
+    pub depth_m: Option<f64>,
+    /// Whether it is an inlier match of a map point.
+    pub matched: bool,
+}
+
+/// How the pose was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PoseSource {
+    /// The first frame defines the world.
+    FirstFrame,
+    /// Projection search around the motion model's prediction.
+    MotionModel,
+    /// The same with the wide window.
+    WideSearch,
+    /// Descriptor matches with the reference keyframe.
+    ReferenceKeyframe,
+    /// Descriptor matches with another keyframe.
+    Relocalisation,
+}
+
+/// Why a frame became a keyframe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeyframeReason {
+    /// It started the map.
+    First,
+    /// It tracked too small a share of the reference keyframe's points.
+    FewTracked,
+    /// The camera had moved far for the scene's depth.
+    Motion,
+    /// The camera had turned.
+    Rotation,
+    /// The camera was found again.
+    Recovery,
+}
+
+/// Counts of one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TrackingStatistics {
+    /// Features in the left image.
+    pub left_features: usize,
+    /// Features in the right image.
+    pub right_features: usize,
+    /// Left features with a depth.
+    pub stereo_points: usize,
+    /// Local map points that were searched for.
+    pub searched_points: usize,
+    /// Map points found.
+    pub matches: usize,
+    /// Map points found that fit the pose.
+    pub inliers: usize,
+    /// Keyframes in the map.
+    pub keyframes: usize,
+    /// Points in the map.
+    pub map_points: usize,
+}
+
+/// Everything about one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackingReport {
+    /// What is known.
+    pub outcome: Outcome,
+    /// The camera in the world of the first tracked left camera; `None` unless tracked or recovered.
+    pub world_from_camera: Option<Pose>,
+    /// How the pose was found; `None` where there is none.
+    pub source: Option<PoseSource>,
+    /// Left features.
+    pub features: Vec<TrackedFeature>,
+    /// Counts.
+    pub statistics: TrackingStatistics,
+    /// Set where the frame became a keyframe.
+    pub keyframe: Option<KeyframeReason>,
+}

@@ -1,0 +1,7 @@
+//! Poses and points from matches, by least squares.
+
+pub mod absolute_pose;
+pub mod alignment;
+pub mod pose;
+pub mod reprojection;
+pub mod structure;

@@ -1,0 +1,287 @@
+//! The tracker: one frame in, one report out. All changes of state happen in [`Tracker::track`].
+
+mod keyframe_rule;
+mod motion_model;
+mod pose_search;
+
+use std::sync::Arc;
+
+use geometry::{Pose, StereoRig};
+
+use crate::TrackingError;
+use crate::config::TrackingConfig;
+use crate::feature::Extractor;
+use crate::feature::extract::has_room_for_features;
+use crate::frame::{FrameFeatures, StereoFrame};
+use crate::local_mapping::{self, PosedFrame};
+use crate::map::{KeyframeId, Map};
+use crate::report::{
+    KeyframeReason, Outcome, PoseSource, TrackedFeature, TrackingReport, TrackingStatistics,
+};
+use keyframe_rule::TrackedFrame;
+use motion_model::Velocity;
+use pose_search::{Frame, Located, PoseSearch, relocalisation_candidates};
+
+/// Follows one stereo camera; owns its map.
+#[derive(Debug)]
+pub struct Tracker {
+    config: TrackingConfig,
+    rig: StereoRig,
+    extractor: Extractor,
+    scales: Vec<f32>,
+    map: Map,
+    state: State,
+    last_stamp_ns: Option<u64>,
+}
+
+#[derive(Debug)]
+enum State {
+    NotInitialized,
+    Tracking(Track),
+    Lost { since_ns: u64, attempts: u64 },
+}
+
+/// What is carried from one tracked frame to the next.
+#[derive(Debug)]
+struct Track {
+    last: PosedFrame,
+    velocity: Option<Velocity>,
+    /// The keyframe that shares most points with the last frame.
+    reference: KeyframeId,
+    frames_since_keyframe: u32,
+}
+
+impl Tracker {
+    /// A tracker without a map.
+    ///
+    /// # Errors
+    /// [`TrackingError::Config`] for values out of range, [`TrackingError::Rig`] and [`TrackingError::RigSize`] for rigs
+    /// that nothing can be measured with.
+    pub fn new(config: &TrackingConfig, rig: &StereoRig) -> Result<Self, TrackingError> {
+        config.validate()?;
+        check_rig(rig, config)?;
+        let extractor = Extractor::new(&config.features);
+        let scales = extractor.scales();
+        let (map, state) = (Map::default(), State::NotInitialized);
+        Ok(Self { config: config.clone(), rig: *rig, extractor, scales, map, state, last_stamp_ns: None })
+    }
+
+    /// The sparse map.
+    pub fn map(&self) -> &Map {
+        &self.map
+    }
+
+    /// Tracks a frame, newer than all before.
+    ///
+    /// # Errors
+    /// [`TrackingError::ImageSize`] and [`TrackingError::Stamp`]; the tracker is as before then.
+    pub fn track(&mut self, frame: &StereoFrame) -> Result<TrackingReport, TrackingError> {
+        frame.check_size(&self.rig)?;
+        let stamp_ns = frame.stamp_ns;
+        if let Some(last_ns) = self.last_stamp_ns.filter(|&last_ns| stamp_ns <= last_ns) {
+            return Err(TrackingError::Stamp { stamp_ns, last_ns });
+        }
+        self.last_stamp_ns = Some(stamp_ns);
+        let features = Arc::new(FrameFeatures::extract(frame, &self.rig, &self.extractor, &self.config));
+        let frame = Frame { stamp_ns, features: &features };
+
+        let before = std::mem::replace(&mut self.state, State::NotInitialized);
+        let located = match &before {
+            State::NotInitialized => self.first_frame(frame),
+            State::Tracking(track) => self.follow(frame, track),
+            State::Lost { attempts, .. } => self.relocalise(frame, *attempts),
+        };
+        let (state, report) = match (located, before) {
+            (Some(located), State::Lost { .. }) => self.accept(located, Outcome::Recovered, None),
+            (Some(located), State::Tracking(track)) => self.accept(located, Outcome::Tracked, Some(&track)),
+            (Some(located), State::NotInitialized) => self.accept(located, Outcome::Tracked, None),
+            (None, State::NotInitialized) => (State::NotInitialized, Outcome::NotInitialized.into()),
+            (None, State::Tracking(_)) => lost(stamp_ns, 1),
+            (None, State::Lost { since_ns, attempts }) => lost(since_ns, attempts + 1),
+        };
+        self.state = state;
+        Ok(self.report(&features, report))
+    }
+
+    /// The first frame with enough stereo points is the world.
+    fn first_frame(&self, frame: Frame) -> Option<Located> {
+        let enough = frame.features.stereo_count() >= self.config.recovery.initial_points_min as usize;
+        enough.then(|| Located {
+            posed: PosedFrame {
+                stamp_ns: frame.stamp_ns,
+                camera_from_world: Pose::identity(),
+                frame: Arc::clone(frame.features),
+                matches: vec![None; frame.features.len()],
+            },
+            source: PoseSource::FirstFrame,
+            reference: None,
+            expected: Vec::new(),
+            matched: 0,
+        })
+    }
+
+    fn follow(&self, frame: Frame, track: &Track) -> Option<Located> {
+        let predicted = motion_model::predict(&track.last, track.velocity.as_ref(), frame.stamp_ns);
+        let search = self.pose_search();
+        search
+            .from_motion(frame, &track.last, &predicted)
+            .or_else(|| search.from_keyframe(frame, track.reference, PoseSource::ReferenceKeyframe))
+            .or_else(|| self.relocalise(frame, 0))
+    }
+
+    fn relocalise(&self, frame: Frame, attempt: u64) -> Option<Located> {
+        let search = self.pose_search();
+        let count = self.config.recovery.keyframes_per_frame as usize;
+        relocalisation_candidates(&self.map, attempt, count)
+            .into_iter()
+            .find_map(|id| search.from_keyframe(frame, id, PoseSource::Relocalisation))
+    }
+
+    /// A pose was found: the map learns from the frame, and the next one starts from it.
+    fn accept(&mut self, located: Located, outcome: Outcome, track: Option<&Track>) -> (State, Verdict) {
+        self.count_sightings(&located);
+        let keyframe = self.keyframe_reason(&located, track);
+        let inliers = located.inliers();
+        let Located { mut posed, source, reference, expected, matched } = located;
+        let reference = match (keyframe, reference) {
+            (None, Some(reference)) => reference,
+            _ => self.make_keyframe(&mut posed),
+        };
+        let verdict = Verdict {
+            outcome,
+            world_from_camera: Some(posed.camera_from_world.inverse()),
+            source: Some(source),
+            matched: posed.matches.iter().map(Option::is_some).collect(),
+            searched_points: expected.len(),
+            matches: matched,
+            inliers,
+            keyframe,
+        };
+        let state = Track {
+            velocity: track.map(|track| Velocity::between(&track.last, &posed)),
+            last: posed,
+            reference,
+            frames_since_keyframe: match (keyframe, track) {
+                (None, Some(track)) => track.frames_since_keyframe.saturating_add(1),
+                _ => 1,
+            },
+        };
+        (State::Tracking(state), verdict)
+    }
+
+    fn count_sightings(&mut self, located: &Located) {
+        for &id in &located.expected {
+            if let Some(point) = self.map.point_mut(id) {
+                point.expected = point.expected.saturating_add(1);
+            }
+        }
+        for &id in located.posed.matches.iter().flatten() {
+            if let Some(point) = self.map.point_mut(id) {
+                point.found = point.found.saturating_add(1);
+            }
+        }
+    }
+
+    fn keyframe_reason(&self, located: &Located, track: Option<&Track>) -> Option<KeyframeReason> {
+        let Some(reference) = located.reference.and_then(|id| self.map.keyframe(id)) else {
+            return Some(KeyframeReason::First);
+        };
+        let frame = TrackedFrame {
+            camera_from_world: located.posed.camera_from_world,
+            inliers: located.inliers(),
+            median_depth_m: located.posed.frame.median_depth_m(),
+            frames_since_keyframe: track.map_or(u32::MAX, |track| track.frames_since_keyframe),
+        };
+        keyframe_rule::reason(&frame, reference, &self.config.map)
+    }
+
+    /// Inserts a keyframe; the frame then tracks the points that it made.
+    fn make_keyframe(&mut self, posed: &mut PosedFrame) -> KeyframeId {
+        let id = local_mapping::insert_keyframe(&mut self.map, posed, &self.rig, &self.config.map);
+        let configs = (&self.config.pose, &self.config.map);
+        local_mapping::refine_points(&mut self.map, id, &self.rig, &self.scales, configs);
+        local_mapping::cull(&mut self.map, id, &self.config.map);
+        if let Some(keyframe) = self.map.keyframe(id) {
+            posed.matches = keyframe.points().to_vec();
+        }
+        id
+    }
+
+    fn pose_search(&self) -> PoseSearch<'_> {
+        PoseSearch { config: &self.config, rig: &self.rig, scales: &self.scales, map: &self.map }
+    }
+
+    fn report(&self, features: &FrameFeatures, verdict: Verdict) -> TrackingReport {
+        let feature = |(index, keypoint): (usize, &crate::feature::Keypoint)| TrackedFeature {
+            pixel: keypoint.pixel,
+            depth_m: features.stereo[index].map(|stereo| stereo.depth_m),
+            matched: verdict.matched.get(index).copied().unwrap_or(false),
+        };
+        TrackingReport {
+            outcome: verdict.outcome,
+            world_from_camera: verdict.world_from_camera,
+            source: verdict.source,
+            features: features.features.keypoints.iter().enumerate().map(feature).collect(),
+            statistics: TrackingStatistics {
+                left_features: features.len(),
+                right_features: features.right_count,
+                stereo_points: features.stereo_count(),
+                searched_points: verdict.searched_points,
+                matches: verdict.matches,
+                inliers: verdict.inliers,
+                keyframes: self.map.keyframe_count(),
+                map_points: self.map.point_count(),
+            },
+            keyframe: verdict.keyframe,
+        }
+    }
+}
+
+/// The part of the report that the search decides.
+struct Verdict {
+    outcome: Outcome,
+    world_from_camera: Option<Pose>,
+    source: Option<PoseSource>,
+    /// By feature; empty where there is no pose.
+    matched: Vec<bool>,
+    searched_points: usize,
+    matches: usize,
+    inliers: usize,
+    keyframe: Option<KeyframeReason>,
+}
+
+impl From<Outcome> for Verdict {
+    /// No pose.
+    fn from(outcome: Outcome) -> Self {
+        Self {
+            outcome,
+            world_from_camera: None,
+            source: None,
+            matched: Vec::new(),
+            searched_points: 0,
+            matches: 0,
+            inliers: 0,
+            keyframe: None,
+        }
+    }
+}
+
+fn lost(since_ns: u64, attempts: u64) -> (State, Verdict) {
+    (State::Lost { since_ns, attempts }, Outcome::Lost { since_ns }.into())
+}
+
+fn check_rig(rig: &StereoRig, config: &TrackingConfig) -> Result<(), TrackingError> {
+    let camera = &rig.left;
+    for (field, value) in
+        [("left.fx_px", camera.fx_px), ("left.fy_px", camera.fy_px), ("baseline_m", rig.baseline_m)]
+    {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(TrackingError::Rig { field, value });
+        }
+    }
+    let (width, height) = (camera.width_px, camera.height_px);
+    if !has_room_for_features((width, height), &config.features) {
+        return Err(TrackingError::RigSize { width, height, levels: config.features.levels });
+    }
+    Ok(())
+}
