@@ -1,0 +1,11 @@
+//! Result files, and their readers: PLY models, TUM trajectories, PFM depth maps, CSV point tracks.
+
+mod pfm;
+mod ply;
+mod points;
+mod tum;
+
+pub use pfm::{read_pfm, write_pfm};
+pub use ply::{PlySurfel, read_ply, write_ply};
+pub use points::{TrackedPoint, read_points, write_points};
+pub use tum::{read_tum, write_tum};

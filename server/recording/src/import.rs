@@ -1,0 +1,1 @@
+//! Data sets of images and calibration files to recordings.

@@ -1,0 +1,3 @@
+//! The project's own calibration files.
+/// x
+pub struct RigFile;
