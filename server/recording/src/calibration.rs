@@ -125,12 +125,17 @@ fn rectified(left: &CameraRecord, right: &CameraRecord) -> Result<StereoRig, Fie
     let same = |l: f64, r: f64| (l - r).abs() <= SAME_CAMERA_TOLERANCE * l.abs().max(1.0);
     for (index, name) in [(0, "P[0] (fx)"), (5, "P[5] (fy)"), (6, "P[6] (cy)")] {
         if !same(left.p[index], right.p[index]) {
-            let problem = format!("{} but {} on the left, in rectified images", right.p[index], left.p[index]);
+            let problem =
+                format!("{} but {} on the left, in rectified images", right.p[index], left.p[index]);
             return refused(Eye::Right, name, problem);
         }
     }
     if right.p[3] == 0.0 {
-        return refused(Eye::Right, "P[3]", "0, so the baseline is unknown (it must be -fx * baseline)".into());
+        return refused(
+            Eye::Right,
+            "P[3]",
+            "0, so the baseline is unknown (it must be -fx * baseline)".into(),
+        );
     }
     let left_pinhole = Pinhole {
         width_px: left.width,

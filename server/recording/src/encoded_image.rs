@@ -3,8 +3,8 @@
 mod decode;
 mod encode;
 
-pub use decode::{decode_gray, decode_rgb, size_px};
 pub(crate) use decode::decode_gray16;
+pub use decode::{decode_gray, decode_rgb, size_px};
 pub use encode::{encode_jpeg, encode_png_gray, encode_png_rgb};
 
 /// An image as bytes; nothing about them is checked before [`decode_rgb`] or [`decode_gray`].

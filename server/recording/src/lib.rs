@@ -21,8 +21,8 @@ mod writer;
 pub use calibration::Calibration;
 pub use config::{Compression, RecordingConfig, Topics};
 pub use encoded_image::{
-    EncodedImage, ImageFormat, RawPixel, decode_gray, decode_rgb, encode_jpeg, encode_png_gray, encode_png_rgb,
-    size_px,
+    EncodedImage, ImageFormat, RawPixel, decode_gray, decode_rgb, encode_jpeg, encode_png_gray,
+    encode_png_rgb, size_px,
 };
 pub use error::RecordingError;
 pub use pairing::{PairingStatistics, StereoMessage};

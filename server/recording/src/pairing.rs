@@ -168,8 +168,10 @@ mod tests {
 
     #[test]
     fn what_comes_after_its_time_is_dropped_and_counted() {
-        let (stamps, statistics) =
-            run(1, &[(Left, 1), (Right, 1), (Left, 5), (Right, 5), (Left, 6), (Right, 6), (Left, 2), (Right, 2)]);
+        let (stamps, statistics) = run(
+            1,
+            &[(Left, 1), (Right, 1), (Left, 5), (Right, 5), (Left, 6), (Right, 6), (Left, 2), (Right, 2)],
+        );
         assert_eq!(stamps, [1, 5, 6]);
         assert_eq!(statistics.late, 2);
     }

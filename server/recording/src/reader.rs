@@ -75,7 +75,8 @@ impl RecordingReader {
             let message = message?;
             let eye = usize::from(message.channel.topic != topics[0]);
             if records[eye].is_none() {
-                records[eye] = Some(self.understood(&message, wire::calibration(&message.channel, &message.data))?);
+                records[eye] =
+                    Some(self.understood(&message, wire::calibration(&message.channel, &message.data))?);
             }
             if let [Some(left), Some(right)] = &records {
                 return calibration::from_records(left, right).map_err(|wrong| {
@@ -129,10 +130,13 @@ impl RecordingReader {
     }
 
     fn poses_on(&self, topic: &str) -> Result<Vec<StampedPose>, RecordingError> {
-        self.file.messages(&[topic])?.map(|message| {
-            let message = message?;
-            self.understood(&message, wire::pose(&message.data, message.log_time_ns))
-        }).collect()
+        self.file
+            .messages(&[topic])?
+            .map(|message| {
+                let message = message?;
+                self.understood(&message, wire::pose(&message.data, message.log_time_ns))
+            })
+            .collect()
     }
 
     /// True depth maps of the left rectified view, one read at a time.
@@ -181,7 +185,11 @@ impl RecordingReader {
         source::metadata(&self.file)
     }
 
-    fn understood<T>(&self, message: &RawMessage, decoded: Result<T, Malformed>) -> Result<T, RecordingError> {
+    fn understood<T>(
+        &self,
+        message: &RawMessage,
+        decoded: Result<T, Malformed>,
+    ) -> Result<T, RecordingError> {
         decoded.map_err(|wrong| self.message_error(&message.channel.topic, wrong))
     }
 

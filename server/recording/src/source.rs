@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use mcap::sans_io::indexed_reader::ReadOrder;
 use mcap::sans_io::{
-    IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReaderOptions, SummaryReadEvent, SummaryReader,
-    SummaryReaderOptions,
+    IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReaderOptions, SummaryReadEvent,
+    SummaryReader, SummaryReaderOptions,
 };
 use mcap::{Channel, McapError, Summary};
 
@@ -153,7 +153,9 @@ impl Iterator for Messages {
                 Source::Ended => None,
             };
             match message {
-                Some(Ok(message)) if self.topics.contains(&message.channel.topic) => return Some(Ok(message)),
+                Some(Ok(message)) if self.topics.contains(&message.channel.topic) => {
+                    return Some(Ok(message));
+                }
                 Some(Ok(_)) => {}
                 Some(Err(error)) => return self.stop(error),
                 None => return None,

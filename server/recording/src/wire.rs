@@ -110,8 +110,7 @@ fn raw_image(
 /// The compressed image of a message's format and bytes.
 fn compressed_image(format: &str, bytes: Vec<u8>) -> Result<EncodedImage, Malformed> {
     let known = crate::ImageFormat::from_description(format);
-    let format = known.ok_or_else(|| {
-        Malformed::new("format", format!("{format:?} is not read; jpeg and png are"))
-    })?;
+    let format =
+        known.ok_or_else(|| Malformed::new("format", format!("{format:?} is not read; jpeg and png are")))?;
     Ok(EncodedImage { format, bytes })
 }

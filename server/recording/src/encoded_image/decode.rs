@@ -67,7 +67,10 @@ pub(crate) fn decode_gray16(
 ) -> Result<Raster<u16>, RecordingError> {
     let decoded = decode_file(image, expected_px)?;
     if decoded.color() != ColorType::L16 {
-        return Err(damaged(image, format!("{:?} pixels where 16-bit grey ones are needed", decoded.color())));
+        return Err(damaged(
+            image,
+            format!("{:?} pixels where 16-bit grey ones are needed", decoded.color()),
+        ));
     }
     let pixels = decoded.into_luma16().into_raw();
     Ok(Raster::from_fn(expected_px.0, expected_px.1, |x, y| {
@@ -134,7 +137,10 @@ fn check_raw(image: &EncodedImage, expected_px: (u32, u32)) -> Result<&[u8], Rec
     check_size((width, height), expected_px)?;
     let used = u64::from(width) * u64::from(pixel.bytes());
     if width == 0 || height == 0 || u64::from(row_bytes) < used {
-        return Err(damaged(image, format!("rows of {row_bytes} bytes hold {width} pixels only from {used}")));
+        return Err(damaged(
+            image,
+            format!("rows of {row_bytes} bytes hold {width} pixels only from {used}"),
+        ));
     }
     let needed = u64::from(row_bytes) * u64::from(height - 1) + used;
     if (image.bytes.len() as u64) < needed {

@@ -137,8 +137,9 @@ pub fn read_ply(path: &Path) -> Result<Vec<PlySurfel>, RecordingError> {
     let parser = Parser::<PlySurfel>::new();
     let header = parser.read_header(&mut reader).map_err(|error| refused(&error))?;
     for (name, element) in &header.elements {
-        let values =
-            parser.read_payload_for_element(&mut reader, element, &header).map_err(|error| refused(&error))?;
+        let values = parser
+            .read_payload_for_element(&mut reader, element, &header)
+            .map_err(|error| refused(&error))?;
         if name == VERTEX {
             return Ok(values);
         }

@@ -43,7 +43,11 @@ pub fn read_tum(path: &Path) -> Result<Vec<StampedPose>, RecordingError> {
         let content = line.split('#').next().unwrap_or_default().trim();
         if !content.is_empty() {
             let pose = parse_line(content);
-            poses.push(pose.map_err(|problem| RecordingError::input(path, format!("line {}: {problem}", index + 1)))?);
+            poses.push(
+                pose.map_err(|problem| {
+                    RecordingError::input(path, format!("line {}: {problem}", index + 1))
+                })?,
+            );
         }
     }
     Ok(poses)

@@ -18,7 +18,8 @@ pub(crate) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
 pub(crate) fn attachment(file: &McapFile, name: &str) -> Result<Option<Vec<u8>>, RecordingError> {
     let mut walk = Walk::new(file)?;
     while let Some(body) = walk.next_of(op::ATTACHMENT)? {
-        let record = mcap::parse_record(op::ATTACHMENT, &body).map_err(RecordingError::container(&file.path))?;
+        let record =
+            mcap::parse_record(op::ATTACHMENT, &body).map_err(RecordingError::container(&file.path))?;
         if let Record::Attachment { header, data, .. } = record
             && header.name == name
         {
@@ -33,7 +34,8 @@ pub(crate) fn metadata(file: &McapFile) -> Result<Metadata, RecordingError> {
     let mut walk = Walk::new(file)?;
     let mut groups = Metadata::new();
     while let Some(body) = walk.next_of(op::METADATA)? {
-        let record = mcap::parse_record(op::METADATA, &body).map_err(RecordingError::container(&file.path))?;
+        let record =
+            mcap::parse_record(op::METADATA, &body).map_err(RecordingError::container(&file.path))?;
         if let Record::Metadata(group) = record {
             groups.insert(group.name, group.metadata);
         }

@@ -105,7 +105,10 @@ impl<'a> CdrReader<'a> {
     fn take(&mut self, length: usize, field: &str) -> Result<&'a [u8], Malformed> {
         let left = self.body.get(self.position..).unwrap_or_default();
         let Some(taken) = left.get(..length) else {
-            return Err(Malformed::new(field, format!("the message ends {} bytes early", length - left.len())));
+            return Err(Malformed::new(
+                field,
+                format!("the message ends {} bytes early", length - left.len()),
+            ));
         };
         self.position += length;
         Ok(taken)

@@ -1,0 +1,154 @@
+//! Finding the images of a data set and putting them in order.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::{ImageFormat, RecordingError};
+
+/// The files of a folder by the part of their names before the last dot.
+pub(super) type ByStem = BTreeMap<Stem, PathBuf>;
+
+/// A file name that orders as people count: runs of digits by value, so `2` comes before `10`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Stem {
+    parts: Vec<Part>,
+    text: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    Number(u64),
+    Text(String),
+}
+
+impl Stem {
+    pub fn new(text: &str) -> Self {
+        let mut parts = Vec::new();
+        let mut rest = text;
+        while let Some(first) = rest.chars().next() {
+            let is_digit = first.is_ascii_digit();
+            let end = rest.find(|c: char| c.is_ascii_digit() != is_digit).unwrap_or(rest.len());
+            let (run, after) = rest.split_at(end);
+            parts.push(run.parse().map_or_else(|_| Part::Text(run.to_owned()), Part::Number));
+            rest = after;
+        }
+        Self { parts, text: text.to_owned() }
+    }
+
+    /// The name.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The number that the name is, or ends with.
+    pub fn number(&self) -> Option<u64> {
+        match self.parts.last() {
+            Some(Part::Number(number)) => Some(*number),
+            _ => None,
+        }
+    }
+}
+
+/// The images in a folder, in natural order.
+pub(super) fn images(folder: &Path) -> Result<ByStem, RecordingError> {
+    let mut files = ByStem::new();
+    for entry in std::fs::read_dir(folder).map_err(RecordingError::io(folder))? {
+        let path = entry.map_err(RecordingError::io(folder))?.path();
+        let stem = path.file_stem().and_then(|stem| stem.to_str()).map(Stem::new);
+        if let (Some(_), Some(stem)) = (image_format(&path), stem)
+            && let Some(other) = files.insert(stem, path.clone())
+        {
+            return Err(RecordingError::input(&path, format!("{} has the same name", other.display())));
+        }
+    }
+    if files.is_empty() {
+        return Err(RecordingError::input(folder, "no JPEG or PNG images in this folder"));
+    }
+    Ok(files)
+}
+
+/// The images with a number in their names, by that number.
+pub(super) fn numbered_images(folder: &Path) -> Result<BTreeMap<u64, PathBuf>, RecordingError> {
+    let mut files = BTreeMap::new();
+    for (stem, path) in images(folder)? {
+        let Some(number) = stem.number() else {
+            return Err(RecordingError::input(&path, "the name does not end in the frame's number"));
+        };
+        if let Some(other) = files.insert(number, path.clone()) {
+            return Err(RecordingError::input(&path, format!("{} has the same number", other.display())));
+        }
+    }
+    Ok(files)
+}
+
+/// The format that a file's extension tells.
+pub(super) fn image_format(path: &Path) -> Option<ImageFormat> {
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "jpg" | "jpeg" => Some(ImageFormat::Jpeg),
+        "png" => Some(ImageFormat::Png),
+        _ => None,
+    }
+}
+
+/// Joins the images of two folders by key; each must have its other.
+pub(super) fn pairs<K: Ord>(
+    left_folder: &Path,
+    left: BTreeMap<K, PathBuf>,
+    right_folder: &Path,
+    mut right: BTreeMap<K, PathBuf>,
+) -> Result<Vec<(K, PathBuf, PathBuf)>, RecordingError> {
+    let alone = |path: &Path, folder: &Path, eye| {
+        let problem = format!("its {eye} image is missing in {}", folder.display());
+        RecordingError::input(path, problem)
+    };
+    let mut joined = Vec::with_capacity(left.len());
+    for (key, left) in left {
+        let Some(right) = right.remove(&key) else { return Err(alone(&left, right_folder, "right")) };
+        joined.push((key, left, right));
+    }
+    match right.values().next() {
+        Some(path) => Err(alone(path, left_folder, "left")),
+        None => Ok(joined),
+    }
+}
+
+/// The stamp of a frame's number at a rate.
+pub(super) fn stamp_ns(number: u64, frame_rate_hz: f64) -> u64 {
+    (number as f64 * 1e9 / frame_rate_hz).round() as u64
+}
+
+/// Reads a text file.
+pub(super) fn text(path: &Path) -> Result<String, RecordingError> {
+    std::fs::read_to_string(path).map_err(RecordingError::io(path))
+}
+
+/// The first of some paths that exists.
+pub(super) fn first_existing(
+    folder: &Path,
+    candidates: &[&str],
+    what: &str,
+) -> Result<PathBuf, RecordingError> {
+    let found = candidates.iter().map(|name| folder.join(name)).find(|path| path.exists());
+    found.ok_or_else(|| {
+        RecordingError::input(folder, format!("{what} is missing; looked for {}", candidates.join(", ")))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_order_as_people_count() {
+        let mut stems = ["101", "1", "51", "1001", "frame_10", "frame_9"].map(Stem::new);
+        stems.sort();
+        assert_eq!(stems.each_ref().map(Stem::text), ["1", "51", "101", "1001", "frame_9", "frame_10"]);
+    }
+
+    #[test]
+    fn a_name_gives_the_number_that_it_ends_with() {
+        let numbers =
+            ["depth_0000012", "7", "a1b", "99999999999999999999999"].map(|name| Stem::new(name).number());
+        assert_eq!(numbers, [Some(12), Some(7), None, None]);
+    }
+}
