@@ -1,5 +1,29 @@
 //! Dense surfel SLAM on the GPU.
+//!
+//! [`Observation`] is what disparity and preprocessing say of one stereo pair; [`SurfelModel`] fuses it under the
+//! tracker's pose. Folders are named by the stages of a frame.
 
+mod change_set;
+mod compaction;
+mod config;
+mod error;
+mod fusion;
+mod index_map;
+mod model;
 mod observation;
+mod render;
+mod statistics;
+mod store;
+#[cfg(test)]
+mod testing;
+mod view;
 
+pub use change_set::ChangeSet;
+pub use config::{DenseConfig, FusionConfig, PublishConfig, RejectionConfig};
+pub use error::DenseError;
+pub use model::{DiscardReason, FusionReport, SurfelModel, kernels};
 pub use observation::Observation;
+pub use render::Rendering;
+pub use statistics::BackProjection;
+pub use store::Surfel;
+pub use view::View;

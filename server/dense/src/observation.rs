@@ -5,9 +5,9 @@ use gpu::{Gpu, GpuBuffer, GpuError};
 /// One frame's measured surface on the GPU, in the rectified left view, one element per pixel in row order.
 ///
 /// Disparity and preprocessing write it in the frame's encoder; fusion reads it in the same submission. Buffers
-/// are made once and written over by each frame. A pixel counts as measured where depth, spread and normal are
+/// are made once and written over by each frame; a clone is another handle to the same buffers. A pixel counts as measured where depth, spread and normal are
 /// all valid.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Observation {
     /// Columns.
     pub width: u32,

@@ -1,6 +1,7 @@
 //! Typed buffers.
 
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use bytemuck::Pod;
 
@@ -26,12 +27,13 @@ impl BufferKind {
     }
 }
 
-/// `len` elements of `T` on the device; freed, and struck out of the memory account, when dropped.
-#[derive(Debug)]
+/// A handle to `len` elements of `T` on the device, which are freed, and struck out of the memory account, with the
+/// last handle.
+#[derive(Clone, Debug)]
 pub struct GpuBuffer<T> {
     raw: wgpu::Buffer,
-    _allocation: Allocation,
-    label: String,
+    _allocation: Arc<Allocation>,
+    label: Arc<str>,
     len: usize,
     kind: BufferKind,
     element: PhantomData<fn() -> T>,
@@ -45,7 +47,7 @@ impl<T: Pod> GpuBuffer<T> {
         len: usize,
         kind: BufferKind,
     ) -> Self {
-        Self { raw, _allocation: allocation, label: label.to_owned(), len, kind, element: PhantomData }
+        Self { raw, _allocation: Arc::new(allocation), label: label.into(), len, kind, element: PhantomData }
     }
 
     /// Elements.
@@ -64,6 +66,19 @@ impl<T: Pod> GpuBuffer<T> {
         self.kind
     }
 
+    /// The same memory, read as elements of another type of the same size.
+    pub fn cast<U: Pod>(&self) -> GpuBuffer<U> {
+        const { assert!(size_of::<T>() == size_of::<U>(), "elements of one size") };
+        GpuBuffer {
+            raw: self.raw.clone(),
+            _allocation: self._allocation.clone(),
+            label: self.label.clone(),
+            len: self.len,
+            kind: self.kind,
+            element: PhantomData,
+        }
+    }
+
     pub(crate) fn raw(&self) -> &wgpu::Buffer {
         &self.raw
     }
@@ -72,7 +87,7 @@ impl<T: Pod> GpuBuffer<T> {
         match start.checked_add(len) {
             Some(end) if end <= self.len => Ok(()),
             end => Err(GpuError::OutOfRange {
-                label: self.label.clone(),
+                label: self.label.to_string(),
                 start,
                 end: end.unwrap_or(usize::MAX),
                 len: self.len,

@@ -1,13 +1,14 @@
 //! The device: opened once, shared by all sessions.
 
-use std::sync::{Arc, Mutex, OnceLock};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bytemuck::Pod;
 
 use crate::adapter::{self, AdapterDescription, AdapterSelection};
 use crate::buffer::{BufferKind, GpuBuffer};
 use crate::memory::{Allocation, Ledger, MemoryUse};
-use crate::{GpuError, Readback};
+use crate::{GpuError, Kernel, KernelDeclaration, Readback};
 
 /// Optional abilities of the device; where one is missing a plain path is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,7 @@ pub struct Gpu {
     ledger: Arc<Ledger>,
     lost: Arc<OnceLock<String>>,
     uncaptured: Arc<Mutex<Option<GpuError>>>,
+    kernels: Mutex<BTreeMap<(&'static str, &'static str), Kernel>>,
     poison: bool,
 }
 
@@ -67,6 +69,7 @@ impl Gpu {
             ledger: Arc::default(),
             lost: Arc::default(),
             uncaptured: Arc::default(),
+            kernels: Mutex::default(),
             poison: false,
         };
         gpu.watch();
@@ -108,7 +111,7 @@ impl Gpu {
         if let Some(reason) = self.lost.get() {
             return Err(GpuError::DeviceLost { reason: reason.clone() });
         }
-        let pending = self.uncaptured.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
+        let pending = self.uncaptured.lock().unwrap_or_else(PoisonError::into_inner).take();
         pending.map_or(Ok(()), Err)
     }
 
@@ -178,6 +181,21 @@ impl Gpu {
         readback.record(&mut encoder, buffer, start);
         self.queue.submit([encoder.finish()]);
         readback.read(self)
+    }
+
+    /// The compiled kernel, from this device's cache where it has been compiled before.
+    ///
+    /// # Errors
+    /// As [`Kernel::compile`].
+    pub fn kernel(&self, declaration: &KernelDeclaration) -> Result<Kernel, GpuError> {
+        let key = (declaration.name, declaration.wgsl);
+        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kernels.get(&key) {
+            return Ok(kernel.clone());
+        }
+        let kernel = Kernel::compile(self, declaration)?;
+        kernels.insert(key, kernel.clone());
+        Ok(kernel)
     }
 
     /// Runs `action` and returns the first error the driver raised in it.
@@ -269,7 +287,7 @@ impl Gpu {
                 },
                 other => GpuError::Validation(other.to_string()),
             };
-            let mut slot = uncaptured.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut slot = uncaptured.lock().unwrap_or_else(PoisonError::into_inner);
             slot.get_or_insert(error);
         }));
     }

@@ -5,6 +5,8 @@ const SHARED: &[(&str, &str)] = &[
     ("view", include_str!("../shared/view.wgsl")),
     ("finite", include_str!("../shared/finite.wgsl")),
     ("color", include_str!("../shared/color.wgsl")),
+    ("surfel", include_str!("../shared/surfel.wgsl")),
+    ("fusion", include_str!("../shared/fusion.wgsl")),
 ];
 
 /// The complete source: imports blanked, the shared files behind the kernel's own lines, so that line numbers in

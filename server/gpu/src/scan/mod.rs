@@ -3,7 +3,7 @@
 //! Four passes that accumulate in registers, without barriers: those cost 50 times more on a software GPU.
 
 use crate::Binding::{Read, ReadWrite, Uniform};
-use crate::{BoundKernel, Gpu, GpuBuffer, GpuError, Kernel, KernelDeclaration, Stage};
+use crate::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration, Stage};
 
 const COUNT_CHUNKS: KernelDeclaration =
     KernelDeclaration::new("count_chunks", include_str!("count_chunks.wgsl"), &[Uniform, Read, ReadWrite]);
@@ -42,7 +42,7 @@ impl PrefixSum {
     /// Compiles the passes and makes the buffers.
     ///
     /// # Errors
-    /// As [`Gpu::storage`] and [`Kernel::compile`].
+    /// As [`Gpu::storage`] and [`Gpu::kernel`].
     pub fn new(gpu: &Gpu, capacity: usize) -> Result<Self, GpuError> {
         let count = gpu.uniform("scan count", &0u32)?;
         let flags = gpu.storage("scan flags", capacity)?;
@@ -50,7 +50,7 @@ impl PrefixSum {
         let total = gpu.storage("scan total", 1)?;
         let chunks: GpuBuffer<u32> = gpu.storage("scan chunks", capacity.div_ceil(CHUNK as usize))?;
         let blocks: GpuBuffer<u32> = gpu.storage("scan blocks", capacity.div_ceil(BLOCK as usize))?;
-        let kernel = |declaration| Kernel::compile(gpu, declaration);
+        let kernel = |declaration| gpu.kernel(declaration);
         let passes = [
             kernel(&COUNT_CHUNKS)?.bind(gpu, &[&count, &flags, &chunks])?,
             kernel(&SCAN_CHUNKS)?.bind(gpu, &[&count, &chunks, &blocks])?,

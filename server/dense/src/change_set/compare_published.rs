@@ -1,0 +1,37 @@
+//! Wrapper of `compare_published.wgsl`.
+
+use gpu::Binding::{Read, ReadWrite, Uniform};
+use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration, PrefixSum};
+
+use super::PublishSettings;
+use crate::store::SurfelStore;
+
+pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
+    "compare_published",
+    include_str!("compare_published.wgsl"),
+    &[Uniform, Read, Read, Read, Read, Read, Read, Read, ReadWrite],
+);
+
+/// Reads the surfels and the published copy, writes the flags `changed`.
+pub(super) fn bind(
+    gpu: &Gpu,
+    settings: &GpuBuffer<PublishSettings>,
+    store: &SurfelStore,
+    changed: &PrefixSum,
+) -> Result<BoundKernel, GpuError> {
+    let SurfelStore { geometry, orientation, appearance, history, held } = store;
+    gpu.kernel(&DECLARATION)?.bind(
+        gpu,
+        &[
+            settings,
+            geometry,
+            orientation,
+            appearance,
+            history,
+            &held.geometry,
+            &held.orientation,
+            &held.rest,
+            &changed.flags,
+        ],
+    )
+}

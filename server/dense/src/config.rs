@@ -1,0 +1,158 @@
+//! The `[dense]` section.
+
+use serde::Deserialize;
+
+use crate::DenseError;
+
+/// The largest number of slots that a claim key can hold.
+const SLOT_LIMIT: u32 = 1 << 24;
+
+/// Options of the surfel model; every value lives in `config/server.toml`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DenseConfig {
+    /// Side of a cell of the point grid: each keeps one surfel.
+    pub surfel_spacing_mm: f64,
+    /// Surfels there is room for at first.
+    pub surfel_capacity: u32,
+    /// Surfels the model may grow to; new ones beyond it are refused and counted.
+    pub surfel_limit: u32,
+    /// Cells of the index map per pixel and axis: 1, 2 or 4.
+    pub index_map_scale: u32,
+    /// Share of dead slots at which the arrays are compacted.
+    pub compaction_dead_share: f64,
+    /// `[dense.fusion]`.
+    pub fusion: FusionConfig,
+    /// `[dense.rejection]`.
+    pub rejection: RejectionConfig,
+    /// `[dense.publish]`.
+    pub publish: PublishConfig,
+}
+
+/// How a surfel registers to a measurement and is averaged with it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FusionConfig {
+    /// Largest difference in depth.
+    pub gate_mm: f64,
+    /// Largest difference in depth in standard deviations, where that is more.
+    pub gate_sigmas: f64,
+    /// Largest angle between the normals.
+    pub angle_max_deg: f64,
+    /// Standard deviation of depth at which a measurement weighs 1.
+    pub reference_sigma_mm: f64,
+    /// Least weight of a measurement.
+    pub measurement_weight_min: f64,
+    /// The paper's `omega_max`.
+    pub weight_max: f64,
+    /// The paper's `tau_weight`: from here on a surfel is stable.
+    pub weight_stable: f64,
+    /// The paper's `tau_time`: frames after which an unseen unstable surfel is deleted.
+    pub unseen_frames_max: u32,
+    /// A surfel this far in front of the measured surface is contradicted.
+    pub free_space_gate_mm: f64,
+    /// Weight that one contradiction of weight 1 takes away.
+    pub free_space_loss: f64,
+    /// Radius around a registered surfel, in spacings, in which no new one is made.
+    pub cover_radius_spacings: f64,
+}
+
+/// Which frames are not fused.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RejectionConfig {
+    /// Mean back-projection error above which a frame is not fused.
+    pub mean_error_max_mm: f64,
+    /// Share of the measured pixels that must show the model for its error to count.
+    pub overlap_min: f64,
+    /// Frames rejected in a row after which the next one is fused all the same: the scene has changed.
+    pub frames_in_row_max: u32,
+    /// Width of a bin of the error histogram (1,024 bins; the last takes all that is beyond).
+    pub error_bin_mm: f64,
+}
+
+/// How far what viewers hold may be from the model.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PublishConfig {
+    /// Distance of positions, and difference of radii.
+    pub position_mm: f64,
+    /// Angle of normals.
+    pub normal_deg: f64,
+    /// Difference in any of red, green, blue (0-255).
+    pub color_levels: f64,
+    /// Difference in weight.
+    pub weight_step: f64,
+    /// Most changes read back at once; more come in further batches.
+    pub batch: u32,
+}
+
+impl DenseConfig {
+    /// Checks what the kernels rely on.
+    ///
+    /// # Errors
+    /// [`DenseError::Config`] naming the first option that cannot be used.
+    pub fn check(&self) -> Result<(), DenseError> {
+        let fusion = &self.fusion;
+        let positive = [
+            ("dense.surfel_spacing_mm", self.surfel_spacing_mm),
+            ("dense.fusion.gate_mm", fusion.gate_mm),
+            ("dense.fusion.reference_sigma_mm", fusion.reference_sigma_mm),
+            ("dense.fusion.measurement_weight_min", fusion.measurement_weight_min),
+            ("dense.fusion.weight_max", fusion.weight_max),
+            ("dense.fusion.weight_stable", fusion.weight_stable),
+            ("dense.rejection.error_bin_mm", self.rejection.error_bin_mm),
+            ("dense.publish.batch", f64::from(self.publish.batch)),
+            ("dense.surfel_capacity", f64::from(self.surfel_capacity)),
+        ];
+        for (field, value) in positive {
+            require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")?;
+        }
+        let scale = self.index_map_scale;
+        require([1, 2, 4].contains(&scale), "dense.index_map_scale", f64::from(scale), "1, 2 or 4")?;
+        let limit = self.surfel_limit;
+        let in_range = limit >= self.surfel_capacity && limit <= SLOT_LIMIT;
+        let requirement = "at least dense.surfel_capacity and at most 16777216";
+        require(in_range, "dense.surfel_limit", f64::from(limit), requirement)
+    }
+}
+
+fn require(
+    holds: bool,
+    field: &'static str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), DenseError> {
+    if holds { Ok(()) } else { Err(DenseError::Config { field, value, requirement }) }
+}
+
+/// Millimetres in the configuration, metres in kernels.
+pub(crate) fn metres(mm: f64) -> f32 {
+    (mm * 1e-3) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::config;
+
+    #[test]
+    fn the_shipped_configuration_is_usable() {
+        config().check().unwrap();
+    }
+
+    #[test]
+    fn an_unusable_value_is_named() {
+        let refused = |change: fn(&mut DenseConfig)| {
+            let mut changed = config();
+            change(&mut changed);
+            changed.check().unwrap_err().to_string()
+        };
+        assert!(
+            refused(|c| c.index_map_scale = 3).starts_with("dense.index_map_scale = 3 must be 1, 2 or 4")
+        );
+        assert!(refused(|c| c.surfel_spacing_mm = f64::NAN).starts_with("dense.surfel_spacing_mm = NaN"));
+        assert!(refused(|c| c.fusion.gate_mm = 0.0).starts_with("dense.fusion.gate_mm = 0"));
+        assert!(refused(|c| c.surfel_limit = 1).starts_with("dense.surfel_limit = 1"));
+    }
+}

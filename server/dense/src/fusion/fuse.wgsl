@@ -1,0 +1,111 @@
+#import view
+#import finite
+#import color
+#import surfel
+#import fusion
+// Registration and running averages (Algorithm 1, Eqs. fusion1-4): each surfel looks at the pixel it projects to. Within
+// the gates its depth along the ray, normal and colour are averaged with the measurement; clearly in front of the measured
+// surface, where the camera sees through it, it loses weight. Behind it, it is hidden and left alone.
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> settings: FusionSettings;
+@group(0) @binding(2) var<storage, read> depth: array<f32>;
+@group(0) @binding(3) var<storage, read> sigma_z: array<f32>;
+@group(0) @binding(4) var<storage, read> normals: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read> colors: array<u32>;
+@group(0) @binding(6) var<storage, read_write> results: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> geometry: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read_write> orientation: array<vec4<f32>>;
+@group(0) @binding(9) var<storage, read_write> appearance: array<vec4<f32>>;
+@group(0) @binding(10) var<storage, read_write> history: array<vec4<u32>>;
+
+fn depth_at(x: i32, y: i32) -> f32 {
+    let inside = x >= 0 && y >= 0 && x < i32(view.size.x) && y < i32(view.size.y);
+    return select(0.0, depth[u32(y) * view.size.x + u32(x)], inside);
+}
+
+// Depth between pixels, bilinear where the four neighbours belong to one surface, else `nearest`.
+fn depth_between(at: vec2<f32>, nearest: f32, gate: f32) -> f32 {
+    let corner = floor(at);
+    let x = i32(corner.x);
+    let y = i32(corner.y);
+    let four = vec4<f32>(depth_at(x, y), depth_at(x + 1, y), depth_at(x, y + 1), depth_at(x + 1, y + 1));
+    if !all(abs(four - nearest) < vec4<f32>(gate)) {
+        return nearest;
+    }
+    let t = at - corner;
+    return mix(mix(four.x, four.y, t.x), mix(four.z, four.w, t.x), t.y);
+}
+
+// Whether everything measured around a pixel lies farther than `limit`.
+fn seen_through(pixel: vec2<i32>, limit: f32) -> bool {
+    for (var dy = -1; dy <= 1; dy++) {
+        for (var dx = -1; dx <= 1; dx++) {
+            let neighbour = depth_at(pixel.x + dx, pixel.y + dy);
+            if neighbour > 0.0 && neighbour < limit {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+@compute @workgroup_size(64)
+fn fuse(@builtin(global_invocation_id) id: vec3<u32>) {
+    let slot = id.x;
+    if slot >= settings.slots || atomicLoad(&results[ACCEPTED]) == 0u || !is_alive(history[slot].w) {
+        return;
+    }
+    let point = transform_point(view.camera_from_world, geometry[slot].xyz);
+    if !all_finite(point) || point.z < 1e-4 {
+        return;
+    }
+    let at = project(view.intrinsics, point);
+    let size = vec2<f32>(view.size);
+    if !all(at > vec2<f32>(-0.5)) || !all(at < size - 0.5) {
+        return;
+    }
+    let pixel = vec2<u32>(clamp(round(at), vec2<f32>(0.0), size - 1.0));
+    let index = pixel.y * view.size.x + pixel.x;
+    let measured = depth[index];
+    let sigma = sigma_z[index];
+    if !(is_finite(measured) && is_finite(sigma)) || measured <= 0.0 || sigma <= 0.0 {
+        return;
+    }
+    let gate = depth_gate(sigma, settings);
+    let weight = measurement_weight(sigma, settings);
+    let between = depth_between(at, measured, gate);
+    if abs(point.z - between) < gate {
+        register_surfel(slot, index, point, between, weight);
+    } else if seen_through(vec2<i32>(pixel), point.z + max(settings.free_space_gate_m, gate)) {
+        orientation[slot].w = max(orientation[slot].w - settings.free_space_loss * weight, 0.0);
+    }
+}
+
+fn register_surfel(slot: u32, pixel: u32, point: vec3<f32>, measured: f32, weight: f32) {
+    let normal = orientation[slot];
+    let seen = normals[pixel];
+    let seen_in_world = rotate(view.world_from_camera, seen.xyz);
+    if !all_finite(seen.xyz) || seen.w == 0.0 || dot(normal.xyz, seen_in_world) < settings.angle_cos_min {
+        return;
+    }
+    let total = normal.w + weight;
+    let fused_depth = (point.z * normal.w + measured * weight) / total;
+    let fused = transform_point(view.world_from_camera, point * (fused_depth / point.z));
+    let turned = normalize(normal.xyz * normal.w + seen_in_world * weight);
+    if !all_finite(fused) || !all_finite(turned) {
+        return;
+    }
+    let facing = -dot(seen.xyz, normalize(point));
+    let radius = disc_radius(fused_depth, view.intrinsics.x, facing, settings.spacing_m);
+    geometry[slot] = vec4<f32>(fused, min(geometry[slot].w, radius));
+    orientation[slot] = vec4<f32>(turned, min(total, settings.weight_max));
+    if has_color(colors[pixel]) {
+        let color = appearance[slot];
+        let color_total = color.w + weight;
+        let mixed = (color.xyz * color.w + unpack_rgb(colors[pixel]) * weight) / color_total;
+        appearance[slot] = vec4<f32>(mixed, min(color_total, settings.weight_max));
+    }
+    history[slot].y = settings.frame;
+    atomicAdd(&results[REGISTERED_COUNT], 1u);
+}

@@ -1,0 +1,24 @@
+//! Wrapper of `splat_slot.wgsl`.
+
+use gpu::Binding::{Read, ReadWrite, Uniform};
+use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
+
+use super::SplatSettings;
+use crate::store::Bits;
+use crate::view::GpuView;
+
+pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
+    "splat_slot",
+    include_str!("splat_slot.wgsl"),
+    &[Uniform, Uniform, Read, Read, ReadWrite],
+);
+
+/// Reads `footprints` and `nearest`, writes `slots`.
+pub(super) fn bind(
+    gpu: &Gpu,
+    (view, settings): (&GpuBuffer<GpuView>, &GpuBuffer<SplatSettings>),
+    footprints: &GpuBuffer<Bits>,
+    (nearest, slots): (&GpuBuffer<u32>, &GpuBuffer<u32>),
+) -> Result<BoundKernel, GpuError> {
+    gpu.kernel(&DECLARATION)?.bind(gpu, &[view, settings, footprints, nearest, slots])
+}

@@ -1,0 +1,38 @@
+#import view
+// Index map, pass 2: of the discs whose depth won a cell, the lowest slot (the oldest id) takes it.
+
+struct SplatSettings {
+    slots: u32,
+    scale: u32,
+    stable_only: u32,
+    reach_max: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> splat: SplatSettings;
+@group(0) @binding(2) var<storage, read> footprints: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> nearest: array<u32>;
+// per cell: the inverted slot, 0 where none
+@group(0) @binding(4) var<storage, read_write> slots: array<atomic<u32>>;
+
+@compute @workgroup_size(64)
+fn splat_slot(@builtin(global_invocation_id) id: vec3<u32>) {
+    let slot = id.x;
+    if slot >= splat.slots {
+        return;
+    }
+    let footprint = footprints[slot];
+    if footprint.x == 0u {
+        return;
+    }
+    let first = vec2<u32>(footprint.y & 0xffffu, footprint.y >> 16u);
+    let last = vec2<u32>(footprint.z & 0xffffu, footprint.z >> 16u);
+    for (var y = first.y; y <= last.y; y++) {
+        for (var x = first.x; x <= last.x; x++) {
+            let cell = y * view.size.x * splat.scale + x;
+            if nearest[cell] == footprint.x {
+                atomicMax(&slots[cell], ~slot);
+            }
+        }
+    }
+}

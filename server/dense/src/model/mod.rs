@@ -1,0 +1,256 @@
+//! The rigid surfel model: one observation and one pose in, the model brought up to date.
+
+mod buffers;
+mod report;
+
+pub(crate) use buffers::{FrameBuffers, checked_pixels};
+pub use report::{DiscardReason, FusionReport};
+
+use std::sync::Arc;
+
+use geometry::{Pinhole, Pose};
+use gpu::{FrameRecorder, Gpu, KernelDeclaration, PrefixSum, Readback, StageTimer};
+
+use crate::change_set::{ChangeSet, Publisher};
+use crate::compaction::Compaction;
+use crate::config::DenseConfig;
+use crate::fusion::{Fusion, FusionSettings, RESULTS};
+use crate::index_map::SplatSettings;
+use crate::render::{self, Rendering};
+use crate::statistics::Statistics;
+use crate::store::{Surfel, SurfelStore};
+use crate::{DenseError, Observation, View, change_set, compaction, fusion, index_map, statistics};
+
+/// Largest half width of a disc in the index map, pixels.
+const REACH_MAX_PX: f32 = 16.0;
+/// Passes of the longest frame.
+const STAGES_MAX: u32 = 32;
+/// Odd, so that the seeds of successive frames run through all values.
+const SEED_STEP: u32 = 0x9E37_79B9;
+
+/// The kernels of the model.
+pub fn kernels() -> Vec<KernelDeclaration> {
+    let folders: [&[KernelDeclaration]; 6] = [
+        &index_map::KERNELS,
+        &statistics::KERNELS,
+        &fusion::KERNELS,
+        &compaction::KERNELS,
+        &change_set::KERNELS,
+        &render::KERNELS,
+    ];
+    folders.concat()
+}
+
+/// Everything bound to the present arrays; made anew when they grow.
+#[derive(Debug)]
+struct Bound {
+    buffers: FrameBuffers,
+    statistics: Statistics,
+    fusion: Fusion,
+    /// Over slots: compaction and change set use it in turn.
+    marked: PrefixSum,
+    compaction: Compaction,
+    publisher: Publisher,
+}
+
+/// What the CPU knows of the arrays between frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    slots: u32,
+    alive: u32,
+    stable: u32,
+    next_id: u32,
+    rejected_in_row: u32,
+    frames: u32,
+}
+
+/// The model of one session.
+#[derive(Debug)]
+pub struct SurfelModel {
+    gpu: Arc<Gpu>,
+    camera: Pinhole,
+    config: DenseConfig,
+    bound: Bound,
+    settings: FusionSettings,
+    counts: Counts,
+    results: Readback<u32>,
+    lifted: Readback<u32>,
+    timer: StageTimer,
+}
+
+impl SurfelModel {
+    /// An empty model of what `observation`'s buffers will show of each frame.
+    ///
+    /// # Errors
+    /// [`DenseError::Config`], [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
+    pub fn new(
+        gpu: Arc<Gpu>,
+        camera: Pinhole,
+        observation: &Observation,
+        config: &DenseConfig,
+    ) -> Result<Self, DenseError> {
+        config.check()?;
+        let pixels = checked_pixels(observation.width, observation.height)?;
+        let timer = StageTimer::new(&gpu, STAGES_MAX)?;
+        let store = SurfelStore::new(&gpu, config.surfel_capacity)?;
+        clear_held(&gpu, &timer, &store)?;
+        Ok(Self {
+            bound: Bound::new(&gpu, &camera, observation, store, config)?,
+            settings: FusionSettings::new(config, buffers::claim_places(pixels)),
+            counts: Counts::default(),
+            results: Readback::new(&gpu, "results read", RESULTS)?,
+            lifted: Readback::new(&gpu, "lifted read", 1)?,
+            timer,
+            camera,
+            config: config.clone(),
+            gpu,
+        })
+    }
+
+    /// Makes room and sets the frame's camera and settings; call it before [`SurfelModel::record`].
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn prepare(&mut self, frame_index: u32, world_from_camera: &Pose) -> Result<(), DenseError> {
+        self.make_room()?;
+        let view = View { pinhole: self.camera, world_from_camera: *world_from_camera };
+        self.gpu.write(&self.bound.buffers.view, 0, &[view.to_gpu()])?;
+        let counts = &self.counts;
+        self.settings.slots = counts.slots;
+        self.settings.capacity = self.bound.buffers.store.capacity();
+        self.settings.frame = frame_index;
+        self.settings.next_id = counts.next_id;
+        self.settings.seed = counts.frames.wrapping_mul(SEED_STEP);
+        self.settings.accept_always =
+            u32::from(counts.rejected_in_row >= self.config.rejection.frames_in_row_max);
+        self.gpu.write(&self.bound.buffers.settings, 0, &[self.settings])?;
+        Ok(())
+    }
+
+    /// Records index map, statistics and fusion behind whatever writes the observation.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
+        let Bound { buffers, statistics, fusion, .. } = &self.bound;
+        let scale = self.config.index_map_scale;
+        let splat = SplatSettings {
+            slots: self.counts.slots,
+            scale,
+            stable_only: 0,
+            reach_max: REACH_MAX_PX * scale as f32,
+        };
+        buffers.index_map.record(&self.gpu, frame, &splat)?;
+        statistics.record(frame, buffers)?;
+        fusion.record(&self.gpu, frame, buffers, &self.settings)?;
+        self.results.fetch(frame, &buffers.results, 0);
+        self.lifted.fetch(frame, &buffers.lifted.total, 0);
+        Ok(())
+    }
+
+    /// Reads the submitted frame's result block and takes its counts over.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn finish(&mut self) -> Result<FusionReport, DenseError> {
+        let results = self.results.read(&self.gpu)?;
+        let wanted = self.lifted.read(&self.gpu)?[0];
+        let report = FusionReport::new(&results, (wanted, &self.settings), &self.config);
+        let counts = &mut self.counts;
+        counts.slots += report.lifted;
+        counts.next_id += report.lifted;
+        counts.alive = report.surfels;
+        counts.stable = report.stable;
+        counts.frames = counts.frames.wrapping_add(1);
+        counts.rejected_in_row = if report.discarded.is_none() { 0 } else { counts.rejected_in_row + 1 };
+        Ok(report)
+    }
+
+    /// The changes since the last call, taken over into the published copy.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn take_changes(&mut self) -> Result<ChangeSet, DenseError> {
+        let Bound { publisher, marked, .. } = &self.bound;
+        Ok(publisher.take(&self.gpu, &self.timer, marked, self.counts.slots)?)
+    }
+
+    /// The stable model, sorted by id.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn surfels(&self) -> Result<Vec<Surfel>, DenseError> {
+        Ok(self.bound.buffers.store.read(&self.gpu, self.counts.slots)?.stable())
+    }
+
+    /// A picture of the stable model.
+    ///
+    /// # Errors
+    /// [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
+    pub fn render(&self, view: &View, background: [u8; 3]) -> Result<Rendering, DenseError> {
+        let store = (&self.bound.buffers.store, self.counts.slots);
+        render::render(&self.gpu, &self.timer, store, view, background)
+    }
+
+    /// The timer for the model's frames.
+    pub fn timer(&self) -> &StageTimer {
+        &self.timer
+    }
+
+    /// Surfels alive, and among them stable, after the last frame.
+    pub fn surfel_counts(&self) -> (u32, u32) {
+        (self.counts.alive, self.counts.stable)
+    }
+
+    /// Compacts where enough slots are dead, then grows until a frame's every pixel would find a slot, within the limit.
+    fn make_room(&mut self) -> Result<(), DenseError> {
+        let dead = self.counts.slots - self.counts.alive;
+        if f64::from(dead) > self.config.compaction_dead_share * f64::from(self.counts.slots.max(1)) {
+            let Bound { compaction, marked, .. } = &self.bound;
+            self.counts.slots = compaction.run(&self.gpu, &self.timer, marked, self.counts.slots)?;
+        }
+        let capacity = self.bound.buffers.store.capacity();
+        let wanted = self.counts.slots.saturating_add(self.bound.buffers.observation.pixels());
+        let grown = wanted.next_power_of_two().min(self.config.surfel_limit);
+        if grown > capacity {
+            self.grow(grown)?;
+        }
+        Ok(())
+    }
+
+    fn grow(&mut self, capacity: u32) -> Result<(), DenseError> {
+        let store = SurfelStore::new(&self.gpu, capacity)?;
+        clear_held(&self.gpu, &self.timer, &store)?;
+        let mut frame = FrameRecorder::begin(&self.gpu, &self.timer);
+        store.copy_from(&mut frame, &self.bound.buffers.store, self.counts.slots as usize)?;
+        frame.submit().collect()?;
+        let observation = self.bound.buffers.observation.clone();
+        self.bound = Bound::new(&self.gpu, &self.camera, &observation, store, &self.config)?;
+        Ok(())
+    }
+}
+
+impl Bound {
+    fn new(
+        gpu: &Gpu,
+        camera: &Pinhole,
+        observation: &Observation,
+        store: SurfelStore,
+        config: &DenseConfig,
+    ) -> Result<Self, DenseError> {
+        let marked = PrefixSum::new(gpu, store.capacity() as usize)?;
+        let compaction = Compaction::new(gpu, &store, &marked)?;
+        let publisher = Publisher::new(gpu, &store, &marked, &config.publish)?;
+        let buffers = FrameBuffers::new(gpu, camera, observation, store, config)?;
+        let statistics = Statistics::new(gpu, &buffers)?;
+        let fusion = Fusion::new(gpu, &buffers)?;
+        Ok(Self { buffers, statistics, fusion, marked, compaction, publisher })
+    }
+}
+
+fn clear_held(gpu: &Gpu, timer: &StageTimer, store: &SurfelStore) -> Result<(), DenseError> {
+    let mut frame = FrameRecorder::begin(gpu, timer);
+    store.clear_held(&mut frame);
+    frame.submit().collect()?;
+    Ok(())
+}
