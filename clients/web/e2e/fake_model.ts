@@ -1,0 +1,92 @@
+import { create } from '@bufbuild/protobuf';
+import {
+  type ModelEpoch,
+  ModelEpochSchema,
+  PackedSurfelsSchema,
+  type SnapshotChunk,
+  SnapshotChunkSchema,
+} from '../src/generated/mis_slam/v1/model_pb';
+import { surfelDigest } from '../src/model/digest';
+import { SyntheticSurface } from './synthetic_surface';
+
+const CHUNK_SURFELS = 2500;
+/** In each epoch one of so many surfels is updated. */
+const UPDATED_OF = 4;
+/** Surfels that come and go at the edge of the patch. */
+const CHANGING = 500;
+
+/** The server's side of the model lane: versions, digest, epochs and snapshots of a synthetic surface. */
+export class FakeModel {
+  epoch = 1;
+  /** The digest of the next epoch is sent wrong. */
+  corruptNext = false;
+  private readonly surface: SyntheticSurface;
+  private readonly versions = new Map<number, number>();
+  private timeS = 0;
+
+  constructor(surfels: number) {
+    this.surface = new SyntheticSurface(surfels);
+    for (let id = 0; id < this.surface.size; id++) this.versions.set(id, 1);
+  }
+
+  get size(): number {
+    return this.versions.size;
+  }
+
+  /** Deforms the surface and says what changed; the last surfels are removed and added in turn. */
+  advance(timeS: number): ModelEpoch {
+    this.timeS = timeS;
+    this.epoch += 1;
+    const last = this.surface.size - CHANGING;
+    const changing = Array.from({ length: CHANGING }, (_, i) => last + i);
+    const held = this.versions.has(last);
+    const updated: number[] = [];
+    for (let id = this.epoch % UPDATED_OF; id < last; id += UPDATED_OF) updated.push(id);
+    for (const id of updated) this.versions.set(id, this.epoch);
+    for (const id of changing) held ? this.versions.delete(id) : this.versions.set(id, this.epoch);
+    const wrong = this.corruptNext ? 1 : 0;
+    this.corruptNext = false;
+    return create(ModelEpochSchema, {
+      epoch: this.epoch,
+      baseEpoch: this.epoch - 1,
+      removedIds: packNumbers(held ? changing : []),
+      added: this.block(held ? [] : changing),
+      updated: this.block(updated),
+      digest: (this.digest() ^ wrong) >>> 0,
+      surfels: this.size,
+    });
+  }
+
+  snapshot(): SnapshotChunk[] {
+    const ids = [...this.versions.keys()].sort((a, b) => a - b);
+    const count = Math.max(1, Math.ceil(ids.length / CHUNK_SURFELS));
+    return Array.from({ length: count }, (_, index) => {
+      const part = ids.slice(index * CHUNK_SURFELS, (index + 1) * CHUNK_SURFELS);
+      return create(SnapshotChunkSchema, {
+        epoch: this.epoch,
+        index,
+        count,
+        surfels: this.block(part),
+        versions: packNumbers(part.map((id) => this.versions.get(id) ?? 0)),
+        digest: this.digest(),
+      });
+    });
+  }
+
+  private block(ids: readonly number[]) {
+    return create(PackedSurfelsSchema, {
+      ids: packNumbers(ids),
+      records: this.surface.pack(ids, this.timeS),
+    });
+  }
+
+  private digest(): number {
+    let sum = 0;
+    for (const [id, version] of this.versions) sum = (sum + surfelDigest(id, version)) >>> 0;
+    return sum;
+  }
+}
+
+function packNumbers(numbers: readonly number[]): Uint8Array {
+  return new Uint8Array(Uint32Array.from(numbers).buffer);
+}

@@ -1,0 +1,51 @@
+// Looks at screenshots.
+
+/**
+ * How many different colours (of 16 steps a channel) a part of a screenshot has; decoded by the browser that took it.
+ * @param {import('playwright-core').Page} page
+ * @param {Buffer} image
+ * @param {{ x: number, y: number, width: number, height: number }} area in pixels
+ * @returns {Promise<number>}
+ */
+async function countColors(page, image, area) {
+  return page.evaluate(
+    async ({ base64, area }) => {
+      const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+      const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+      const context = canvas.getContext('2d');
+      if (context === null) return 0;
+      context.drawImage(bitmap, 0, 0);
+      const { data } = context.getImageData(area.x, area.y, area.width, area.height);
+      const colors = new Set();
+      for (let i = 0; i < data.length; i += 4) {
+        colors.add(
+          (((data[i] ?? 0) >> 4) << 8) | (((data[i + 1] ?? 0) >> 4) << 4) | ((data[i + 2] ?? 0) >> 4),
+        );
+      }
+      return colors.size;
+    },
+    { base64: image.toString('base64'), area },
+  );
+}
+
+/** What the empty background has at most: a gradient in few steps. */
+const BACKGROUND_COLORS = 12;
+
+/**
+ * Whether the 3-D view shows something: in its middle, where no button or banner lies, it has more colours than
+ * its background. False on a page without a 3-D view.
+ * @param {import('playwright-core').Page} page
+ * @param {Buffer} image
+ */
+export async function notBlank(page, image) {
+  const canvas = page.locator('.stage canvas');
+  const box = (await canvas.count()) > 0 ? await canvas.boundingBox() : null;
+  if (box === null) return false;
+  const middle = {
+    x: Math.round(box.x + 0.25 * box.width),
+    y: Math.round(box.y + 0.3 * box.height),
+    width: Math.round(0.5 * box.width),
+    height: Math.round(0.4 * box.height),
+  };
+  return (await countColors(page, image, middle)) > BACKGROUND_COLORS;
+}

@@ -1,0 +1,95 @@
+/**
+ * `window.misSlam`: what the page shows, for end-to-end tests and support. Read-only; each reading is a
+ * fresh frozen object. The same is reflected as data attributes of `<main>`.
+ */
+
+/** Errors kept; older ones are forgotten. */
+const MAX_ERRORS = 20;
+
+export interface PageStatus {
+  /** Which page is shown. */
+  readonly page: 'sessions' | 'session';
+  /** The session shown, or null in the list. */
+  readonly session: string | null;
+  /** Sessions in the list, or null in a session. */
+  readonly sessions: readonly string[] | null;
+  /** The WebSocket: `none`, `connecting`, `open`, `waiting` (for the next attempt). */
+  readonly connection: string;
+  /** The session's status as in SPEC.md: `waiting`, `live`, `degraded`, `source_lost`, `closed`, `unspecified`. */
+  readonly state: string;
+  /** The tracking outcome as in SPEC.md: `tracked`, `lost`, …, `unspecified`. */
+  readonly tracking: string;
+  /** Surfels held and drawn. */
+  readonly surfels: number;
+  /** Surfels that the server says its model has. */
+  readonly serverSurfels: number;
+  /** Epoch of the model held, proven by its digest; 0 for none. */
+  readonly epoch: number;
+  /** Whether the model held is the server's at `epoch` and epochs are followed. */
+  readonly following: boolean;
+  /** Age of the model shown, in milliseconds; null before the first. */
+  readonly ageMs: number | null;
+  /** Whether the model is shown faded because it is stale. */
+  readonly stale: boolean;
+  /** Poses and preview images received. */
+  readonly poses: number;
+  readonly previews: number;
+  /** Images of the 3-D view drawn. */
+  readonly framesDrawn: number;
+  /** How often the model was asked for again. */
+  readonly resyncs: number;
+  /** The last errors, oldest first: of the protocol, of the page. */
+  readonly errors: readonly string[];
+}
+
+/** What each page says about itself; the rest of the status is the same for all. */
+export type PartOfPage = Omit<PageStatus, 'errors'>;
+
+const LIST_STATUS: PartOfPage = {
+  page: 'sessions',
+  session: null,
+  sessions: [],
+  connection: 'none',
+  state: 'unspecified',
+  tracking: 'unspecified',
+  surfels: 0,
+  serverSurfels: 0,
+  epoch: 0,
+  following: false,
+  ageMs: null,
+  stale: false,
+  poses: 0,
+  previews: 0,
+  framesDrawn: 0,
+  resyncs: 0,
+};
+
+const errors: string[] = [];
+let describe: () => PartOfPage = () => LIST_STATUS;
+
+/** The status of the list that shows these sessions. */
+export function listStatus(sessions: readonly string[]): PartOfPage {
+  return { ...LIST_STATUS, sessions };
+}
+
+/** Says where the status comes from, from now on. */
+export function describePage(source: () => PartOfPage): void {
+  describe = source;
+}
+
+/** Keeps an error for the status. */
+export function recordError(error: unknown): void {
+  errors.push(error instanceof Error ? `${error.name}: ${error.message}` : String(error));
+  if (errors.length > MAX_ERRORS) errors.shift();
+}
+
+export function pageStatus(): PageStatus {
+  return Object.freeze({ ...describe(), errors: Object.freeze([...errors]) });
+}
+
+/** Makes `window.misSlam` and notes errors that nobody caught. */
+export function exposeStatus(): void {
+  Object.defineProperty(window, 'misSlam', { get: pageStatus, configurable: false });
+  window.addEventListener('error', (event) => recordError(event.error ?? event.message));
+  window.addEventListener('unhandledrejection', (event) => recordError(event.reason));
+}

@@ -1,0 +1,35 @@
+import { WORDS_PER_RECORD } from '../model/packed_surfels';
+import { positionOf } from '../model/surfel_record';
+import type { SurfelStore } from '../model/surfel_store';
+
+/** A sphere in world coordinates, metres. */
+export interface Bounds {
+  readonly centre: readonly [number, number, number];
+  readonly radiusM: number;
+}
+
+const SAMPLES = 4000;
+/** Share of the surfels inside the sphere: a few stray ones must not make the organ small on the screen. */
+const INSIDE = 0.97;
+
+/** A sphere around nearly all surfels, from an even sample of them; undefined for the empty model. */
+export function modelBounds(store: SurfelStore): Bounds | undefined {
+  if (store.size === 0) return undefined;
+  const step = Math.max(1, Math.floor(store.size / SAMPLES));
+  const points: [number, number, number][] = [];
+  for (let slot = 0; slot < store.size; slot += step)
+    points.push(positionOf(store.words, slot * WORDS_PER_RECORD));
+  const middleOf = (axis: 0 | 1 | 2) => {
+    const sorted = points.map((point) => point[axis]).sort((a, b) => a - b);
+    return (quantile(sorted, 1 - INSIDE) + quantile(sorted, INSIDE)) / 2;
+  };
+  const centre: [number, number, number] = [middleOf(0), middleOf(1), middleOf(2)];
+  const distances = points
+    .map((p) => Math.hypot(p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]))
+    .sort((a, b) => a - b);
+  return { centre, radiusM: Math.max(quantile(distances, INSIDE), 1e-4) };
+}
+
+function quantile(sorted: readonly number[], share: number): number {
+  return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] ?? 0;
+}

@@ -1,0 +1,54 @@
+import { type EncodedImage, ImageFormat } from '../generated/mis_slam/v1/image_pb';
+import { element } from '../ui/dom';
+
+const MIME_TYPES: Partial<Record<ImageFormat, string>> = {
+  [ImageFormat.JPEG]: 'image/jpeg',
+  [ImageFormat.PNG]: 'image/png',
+};
+
+/** The scope's left image. While one image is decoded only the newest of those that come is kept. */
+export class Preview {
+  private readonly canvas = element('canvas', { role: 'img', 'aria-label': 'Left image of the scope' });
+  private readonly placeholder = element('p', {}, 'No image yet');
+  readonly root = element('div', { class: 'preview' }, this.canvas, this.placeholder);
+  private next: EncodedImage | undefined;
+  private busy = false;
+  private shown = 0;
+
+  constructor(private readonly onError: (error: unknown) => void) {
+    this.canvas.hidden = true;
+  }
+
+  /** Images shown since the start. */
+  get imagesShown(): number {
+    return this.shown;
+  }
+
+  show(image: EncodedImage): void {
+    this.next = image;
+    if (!this.busy) void this.drain();
+  }
+
+  private async drain(): Promise<void> {
+    this.busy = true;
+    while (this.next !== undefined) {
+      const image = this.next;
+      this.next = undefined;
+      await this.draw(image).catch(this.onError);
+    }
+    this.busy = false;
+  }
+
+  private async draw(image: EncodedImage): Promise<void> {
+    const type = MIME_TYPES[image.format];
+    if (type === undefined) throw new Error(`a preview in format ${image.format} cannot be shown`);
+    const bitmap = await createImageBitmap(new Blob([new Uint8Array(image.data)], { type }));
+    this.canvas.width = bitmap.width;
+    this.canvas.height = bitmap.height;
+    this.canvas.getContext('2d')?.drawImage(bitmap, 0, 0);
+    bitmap.close();
+    this.canvas.hidden = false;
+    this.placeholder.hidden = true;
+    this.shown += 1;
+  }
+}

@@ -1,0 +1,193 @@
+import { type Pose, TrackingOutcome } from '../generated/mis_slam/v1/pose_pb';
+import type { SessionState } from '../generated/mis_slam/v1/session_pb';
+import { SurfelStore } from '../model/surfel_store';
+import { describePage, type PartOfPage, recordError } from '../page_status';
+import { Stage } from '../scene/stage';
+import { sessionIsUnknown, viewUrl } from '../sessions/api';
+import { isStale } from '../stream/data_age';
+import { outcomeName, statusName } from '../stream/names';
+import { SessionFeed } from '../stream/session_feed';
+import { element, setData, setText } from '../ui/dom';
+import type { Page } from '../ui/page';
+import { age, statusWording } from '../ui/wording';
+import { Banner, messageFor } from './banner';
+import { Preview } from './preview';
+import { StatusPanel } from './status_panel';
+import { Toolbar } from './toolbar';
+
+const REFRESH_MS = 200;
+const VIEW_HELP =
+  '3-D model. Drag or arrow keys turn it, wheel or plus and minus zoom, right drag or Shift and arrows move it.';
+
+/** One session: the model in 3-D, the scope's image, and figures with the age of what is shown. */
+export class SessionPage implements Page {
+  readonly root = element('main', { class: 'session-page', 'data-page': 'session' });
+  readonly heading: HTMLElement;
+  private readonly statusPill = element('span', { class: 'pill' });
+  private readonly agePill = element('span', { class: 'pill age', title: 'Age of the model shown' });
+  private readonly canvas = element('canvas', {
+    tabindex: '0',
+    role: 'application',
+    'aria-label': VIEW_HELP,
+  });
+  private readonly banner = new Banner();
+  private readonly panel = new StatusPanel();
+  private readonly preview = new Preview(recordError);
+  private readonly store = new SurfelStore();
+  private readonly stage: Stage | undefined;
+  private readonly toolbar: Toolbar;
+  private readonly feed: SessionFeed;
+  private readonly refreshing: number;
+  private posesReceived = 0;
+  private unknownSession = false;
+  private cameraKnown = false;
+
+  constructor(private readonly session: string) {
+    this.heading = element('div', {}, element('h1', {}, session), this.statusPill, this.agePill);
+    this.stage = startStage(this.canvas, this.store);
+    this.toolbar = this.makeToolbar();
+    this.layOut();
+    this.feed = new SessionFeed(viewUrl(session), this.store, {
+      pose: (pose) => this.takePose(pose),
+      preview: (image) => image.left !== undefined && this.preview.show(image.left),
+      state: (state) => this.takeState(state),
+      disconnected: () => void this.askWhetherUnknown(),
+      error: recordError,
+    });
+    document.title = `${session} · MIS-SLAM`;
+    describePage(() => this.describe());
+    this.refreshing = window.setInterval(() => this.refresh(), REFRESH_MS);
+    this.refresh();
+  }
+
+  close(): void {
+    window.clearInterval(this.refreshing);
+    this.feed.close();
+    this.stage?.dispose();
+  }
+
+  private makeToolbar(): Toolbar {
+    const { stage } = this;
+    const toolbar = new Toolbar({
+      fit: () => stage?.fit(),
+      follow: (on) => stage?.follow(on),
+      path: (visible) => stage?.showTrajectory(visible),
+      shape: (on) => stage?.showShape(on),
+    });
+    if (stage !== undefined) stage.view.onRelease = () => toolbar.releaseFollow();
+    this.root.addEventListener('keydown', (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      if (toolbar.press(event.key.toLowerCase())) event.preventDefault();
+    });
+    return toolbar;
+  }
+
+  private layOut(): void {
+    const model = element(
+      'section',
+      { class: 'stage', 'aria-label': 'Model' },
+      this.canvas,
+      this.banner.root,
+    );
+    if (this.stage === undefined) {
+      model.append(
+        element('p', { class: 'notice' }, 'This browser offers no WebGL 2: the model cannot be drawn.'),
+      );
+    }
+    model.append(this.toolbar.root);
+    const image = element('section', { class: 'card', 'aria-label': 'Scope' }, this.preview.root);
+    this.root.append(model, element('aside', {}, image, this.panel.root));
+  }
+
+  private takePose(pose: Pose): void {
+    this.posesReceived += 1;
+    const tracked = pose.outcome === TrackingOutcome.TRACKED || pose.outcome === TrackingOutcome.RECOVERED;
+    this.stage?.setPose(tracked ? pose.worldFromCamera : undefined, tracked);
+  }
+
+  private takeState(state: SessionState): void {
+    this.unknownSession = false;
+    if (state.camera === undefined || this.cameraKnown) return;
+    this.cameraKnown = true;
+    this.stage?.setCamera(state.camera);
+  }
+
+  private async askWhetherUnknown(): Promise<void> {
+    this.unknownSession = await sessionIsUnknown(this.session);
+  }
+
+  private describe(): PartOfPage {
+    const { feed } = this;
+    const now = performance.now();
+    const state = statusName(feed.lastState?.status);
+    return {
+      page: 'session',
+      session: this.session,
+      sessions: null,
+      connection: feed.connectionState,
+      state,
+      tracking: outcomeName(feed.lastPose?.outcome ?? feed.lastState?.tracking),
+      surfels: this.store.size,
+      serverSurfels: feed.lastState?.surfels ?? 0,
+      epoch: feed.replica.epoch,
+      following: feed.replica.following,
+      ageMs: feed.modelAge.ageMs(now),
+      stale: isStale(state, feed.modelAge.silenceMs(now)),
+      poses: this.posesReceived,
+      previews: this.preview.imagesShown,
+      framesDrawn: this.stage?.framesDrawn ?? 0,
+      resyncs: feed.resyncs,
+    };
+  }
+
+  private refresh(): void {
+    const shown = this.describe();
+    this.stage?.showStale(shown.stale);
+    this.showFigures(shown);
+    this.banner.show(
+      messageFor({
+        ...shown,
+        status: shown.state,
+        unknownSession: this.unknownSession,
+        statusText: this.feed.lastState?.text ?? '',
+        notice: this.feed.notice,
+        silenceMs: this.feed.modelAge.silenceMs(performance.now()),
+      }),
+    );
+    const status = statusWording(shown.state);
+    setText(this.statusPill, status.text);
+    setData(this.statusPill, 'tone', status.tone);
+    setText(this.agePill, `Age ${age(shown.ageMs)}`);
+    setData(this.agePill, 'tone', shown.stale ? 'warning' : 'quiet');
+    for (const name of ['connection', 'state', 'tracking', 'surfels', 'epoch', 'stale'] as const) {
+      setData(this.root, name, String(shown[name]));
+    }
+  }
+
+  private showFigures(shown: PartOfPage): void {
+    const { feed } = this;
+    const now = performance.now();
+    this.panel.show({
+      ...shown,
+      status: shown.state,
+      poseAgeMs: feed.poseAge.ageMs(now),
+      latencyMs: feed.lastPose?.latencyMs ?? null,
+      matchedFeatures: feed.lastPose?.matchedFeatures ?? null,
+      videoPerS: feed.lastState?.receivedHz ?? 0,
+      posesPerS: feed.poses.eventsPerS(now),
+      epochsPerS: feed.epochs.eventsPerS(now),
+      bitsPerS: feed.bytes.amountPerS(now) * 8,
+      viewers: feed.lastState?.viewers ?? 0,
+    });
+  }
+}
+
+/** The 3-D view, or nothing where the browser cannot draw it; all else still works then. */
+function startStage(canvas: HTMLCanvasElement, store: SurfelStore): Stage | undefined {
+  try {
+    return new Stage(canvas, store);
+  } catch (error) {
+    recordError(error);
+    return undefined;
+  }
+}

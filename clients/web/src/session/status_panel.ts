@@ -1,0 +1,83 @@
+import { element, setData, setText } from '../ui/dom';
+import { age, bitRate, count, perSecond, statusWording, type Tone, trackingWording } from '../ui/wording';
+
+/** What the panel shows. */
+export interface Figures {
+  readonly status: string;
+  readonly tracking: string;
+  readonly surfels: number;
+  readonly serverSurfels: number;
+  /** Whether the model is complete; else a snapshot is on its way. */
+  readonly following: boolean;
+  readonly epoch: number;
+  readonly ageMs: number | null;
+  readonly stale: boolean;
+  readonly poseAgeMs: number | null;
+  readonly latencyMs: number | null;
+  readonly matchedFeatures: number | null;
+  readonly videoPerS: number;
+  readonly posesPerS: number;
+  readonly epochsPerS: number;
+  readonly bitsPerS: number;
+  readonly viewers: number;
+}
+
+const ROWS = {
+  status: 'Session',
+  tracking: 'Tracking',
+  surfels: 'Surfels',
+  epoch: 'Model epoch',
+  modelAge: 'Model age',
+  poseAge: 'Pose age',
+  latency: 'Pose latency',
+  features: 'Features matched',
+  video: 'Video in',
+  poses: 'Poses',
+  epochs: 'Model updates',
+  bits: 'Stream',
+  viewers: 'Viewers',
+} as const;
+
+type Row = keyof typeof ROWS;
+
+/** A table of figures about the session. */
+export class StatusPanel {
+  private readonly values = new Map<Row, HTMLElement>();
+  readonly root: HTMLElement;
+
+  constructor() {
+    const list = element('dl');
+    for (const row of Object.keys(ROWS) as Row[]) {
+      const value = element('dd', { 'data-row': row });
+      this.values.set(row, value);
+      list.append(element('div', {}, element('dt', {}, ROWS[row]), value));
+    }
+    this.root = element('section', { class: 'card figures', 'aria-label': 'Status' }, list);
+  }
+
+  show(figures: Figures): void {
+    const status = statusWording(figures.status);
+    const tracking = trackingWording(figures.tracking);
+    const partly = figures.following ? '' : ` of ${count(figures.serverSurfels)}`;
+    this.set('status', status.text, status.tone);
+    this.set('tracking', tracking.text, tracking.tone);
+    this.set('surfels', count(figures.surfels) + partly);
+    this.set('epoch', count(figures.epoch));
+    this.set('modelAge', age(figures.ageMs), figures.stale ? 'warning' : undefined);
+    this.set('poseAge', age(figures.poseAgeMs));
+    this.set('latency', figures.latencyMs === null ? '–' : `${Math.round(figures.latencyMs)} ms`);
+    this.set('features', figures.matchedFeatures === null ? '–' : count(figures.matchedFeatures));
+    this.set('video', perSecond(figures.videoPerS));
+    this.set('poses', perSecond(figures.posesPerS));
+    this.set('epochs', perSecond(figures.epochsPerS));
+    this.set('bits', bitRate(figures.bitsPerS));
+    this.set('viewers', count(figures.viewers));
+  }
+
+  private set(row: Row, text: string, tone?: Tone): void {
+    const value = this.values.get(row);
+    if (value === undefined) return;
+    setText(value, text);
+    setData(value, 'tone', tone ?? '');
+  }
+}

@@ -1,0 +1,60 @@
+/** Numbers and states as people read them. */
+
+/** How a state is coloured. */
+export type Tone = 'good' | 'warning' | 'bad' | 'quiet';
+
+interface Wording {
+  readonly text: string;
+  readonly tone: Tone;
+}
+
+const STATUS: Readonly<Record<string, Wording>> = {
+  waiting: { text: 'Waiting for video', tone: 'quiet' },
+  live: { text: 'Live', tone: 'good' },
+  degraded: { text: 'Degraded', tone: 'warning' },
+  source_lost: { text: 'Source lost', tone: 'bad' },
+  closed: { text: 'Closed', tone: 'quiet' },
+};
+
+const TRACKING: Readonly<Record<string, Wording>> = {
+  not_initialized: { text: 'Starting', tone: 'quiet' },
+  tracked: { text: 'Tracking', tone: 'good' },
+  recovered: { text: 'Tracking (recovered)', tone: 'good' },
+  lost: { text: 'Tracking lost', tone: 'bad' },
+};
+
+const UNKNOWN: Wording = { text: 'Unknown', tone: 'quiet' };
+
+/** Wording of a session status by its name on the wire, such as `source_lost`. */
+export function statusWording(name: string): Wording {
+  return STATUS[name] ?? UNKNOWN;
+}
+
+/** Wording of a tracking outcome by its name on the wire, such as `not_initialized`. */
+export function trackingWording(name: string): Wording {
+  return TRACKING[name] ?? UNKNOWN;
+}
+
+/** `0.24 s`, `12 s`, `3 min`; a dash where nothing is known. */
+export function age(ms: number | null | undefined): string {
+  if (ms === null || ms === undefined) return '–';
+  if (ms < 9950) return `${(ms / 1000).toFixed(ms < 995 ? 2 : 1)} s`;
+  if (ms < 120_000) return `${Math.round(ms / 1000)} s`;
+  return `${Math.round(ms / 60_000)} min`;
+}
+
+/** `1 234 567`, with narrow spaces. */
+export function count(value: number): string {
+  return String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, '\u202f');
+}
+
+/** `29.7 /s`. */
+export function perSecond(value: number): string {
+  return `${value.toFixed(1)} /s`;
+}
+
+/** `640 kbit/s`, `12.4 Mbit/s`. */
+export function bitRate(bitsPerS: number): string {
+  const kbit = bitsPerS / 1000;
+  return kbit < 10_000 ? `${Math.round(kbit)} kbit/s` : `${(kbit / 1000).toFixed(1)} Mbit/s`;
+}
