@@ -1,11 +1,15 @@
 //! Results on their way back to the CPU, outside frames.
 
 use std::marker::PhantomData;
+use std::time::Duration;
 
 use bytemuck::Pod;
 
 use crate::memory::Allocation;
 use crate::{FrameRecorder, Gpu, GpuBuffer, GpuError};
+
+/// How long a finished readback may take to be announced by another thread.
+const CALLBACK_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// A staging buffer for `len` elements: filled by a frame, read after its submission, then used again.
 #[derive(Debug)]
@@ -62,7 +66,10 @@ pub(crate) fn map_bytes(gpu: &Gpu, staging: &wgpu::Buffer) -> Result<Vec<u8>, Gp
     });
     gpu.wait()?;
     let lost = |reason: String| GpuError::DeviceLost { reason };
-    let mapped = receiver.try_recv().map_err(|error| lost(format!("a readback never came: {error}")))?;
+    // Where several threads wait on one device, the one that polled first runs the callbacks of all.
+    let mapped = receiver
+        .recv_timeout(CALLBACK_TIMEOUT)
+        .map_err(|error| lost(format!("a readback never came: {error}")))?;
     mapped.map_err(|error| lost(error.to_string()))?;
     let view = staging.get_mapped_range(..).map_err(|error| lost(error.to_string()))?;
     let bytes = view.to_vec();

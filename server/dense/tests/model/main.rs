@@ -1,0 +1,9 @@
+//! The surfel model on synthetic observations.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on fails")]
+
+mod changes;
+mod fusion;
+mod hostile;
+mod rendering;
+mod scene;
