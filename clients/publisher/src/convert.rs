@@ -1,0 +1,110 @@
+//! From a recording to the wire.
+
+use geometry::{CameraModel, Pinhole, StereoCalibration, StereoRig};
+use protocol::v1;
+use recording::{Calibration, EncodedImage, ImageFormat, RawPixel, RecordingError, StereoMessage};
+
+/// A calibration on the wire.
+pub fn calibration(calibration: &Calibration) -> v1::Calibration {
+    match calibration {
+        Calibration::Rectified(rig) => v1::Calibration { rectified: Some(rectified(rig)), raw: None },
+        Calibration::Raw(cameras) => v1::Calibration { rectified: None, raw: Some(raw(cameras)) },
+    }
+}
+
+fn rectified(rig: &StereoRig) -> v1::RectifiedRig {
+    v1::RectifiedRig {
+        left: Some(camera(&rig.left)),
+        baseline_m: rig.baseline_m,
+        right_cx_px: rig.right_cx_px,
+    }
+}
+
+fn raw(cameras: &StereoCalibration) -> v1::RawRig {
+    let motion = &cameras.right_from_left;
+    let (t, q) = (&motion.translation, &motion.rotation);
+    v1::RawRig {
+        left: Some(distorted(&cameras.left)),
+        right: Some(distorted(&cameras.right)),
+        right_from_left: Some(v1::RigidTransform {
+            tx_m: t.x,
+            ty_m: t.y,
+            tz_m: t.z,
+            qx: q.i,
+            qy: q.j,
+            qz: q.k,
+            qw: q.w,
+        }),
+    }
+}
+
+fn distorted(model: &CameraModel) -> v1::DistortedCamera {
+    v1::DistortedCamera {
+        camera: Some(camera(&model.pinhole)),
+        distortion: model.distortion.coefficients().to_vec(),
+    }
+}
+
+fn camera(pinhole: &Pinhole) -> v1::Camera {
+    v1::Camera {
+        width_px: pinhole.width_px,
+        height_px: pinhole.height_px,
+        fx_px: pinhole.fx_px,
+        fy_px: pinhole.fy_px,
+        cx_px: pinhole.cx_px,
+        cy_px: pinhole.cy_px,
+    }
+}
+
+/// A pair on the wire. Damaged images go out as they are, and as of `size_px`: the server refuses and counts them.
+///
+/// # Errors
+/// [`RecordingError`] for a raw image that cannot be repacked.
+pub fn pair(
+    message: StereoMessage,
+    sequence: u64,
+    size_px: (u32, u32),
+) -> Result<v1::StereoPair, RecordingError> {
+    Ok(v1::StereoPair {
+        stamp_ns: message.stamp_ns,
+        sequence,
+        left: Some(image(message.left, size_px)?),
+        right: Some(image(message.right, size_px)?),
+        mask: message.mask.map(|mask| image(mask, size_px)).transpose()?,
+    })
+}
+
+/// The wire knows raw images only without padding and as RGB or grey.
+fn image(image: EncodedImage, size_px: (u32, u32)) -> Result<v1::EncodedImage, RecordingError> {
+    let (width_px, height_px) = recording::size_px(&image).unwrap_or(size_px);
+    let (format, data) = match image.format {
+        ImageFormat::Jpeg => (v1::ImageFormat::Jpeg, image.bytes),
+        ImageFormat::Png => (v1::ImageFormat::Png, image.bytes),
+        ImageFormat::Raw { width, height, pixel: RawPixel::Mono8, .. } => {
+            (v1::ImageFormat::Gray8, recording::decode_gray(&image, (width, height))?.into_vec())
+        }
+        ImageFormat::Raw { width, height, .. } => {
+            (v1::ImageFormat::Rgb8, recording::decode_rgb(&image, (width, height))?.into_vec().into_flattened())
+        }
+    };
+    Ok(v1::EncodedImage { format: format.into(), width_px, height_px, data: data.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padded_blue_green_red_rows_become_plain_rgb() {
+        let format = ImageFormat::Raw { width: 1, height: 2, row_bytes: 4, pixel: RawPixel::Bgr8 };
+        let sent = image(EncodedImage { format, bytes: vec![3, 2, 1, 0, 6, 5, 4, 0] }, (1, 2)).unwrap();
+        assert_eq!((sent.format(), &sent.data[..]), (v1::ImageFormat::Rgb8, &[1, 2, 3, 4, 5, 6][..]));
+        assert_eq!((sent.width_px, sent.height_px), (1, 2));
+    }
+
+    #[test]
+    fn a_damaged_jpeg_is_sent_as_it_is() {
+        let sent = image(EncodedImage { format: ImageFormat::Jpeg, bytes: vec![0xFF, 0xD8, 0x00] }, (64, 48)).unwrap();
+        assert_eq!((sent.width_px, sent.height_px, sent.data.len()), (64, 48, 3));
+    }
+}

@@ -1,0 +1,51 @@
+//! The crate's errors.
+
+use std::time::Duration;
+
+use protocol::v1::Reason;
+use recording::RecordingError;
+
+/// Why a recording is not streamed, or not to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum CartError {
+    /// An address that is neither of the two kinds.
+    #[error("{given:?} is no server address; expected ws://HOST:PORT or zenoh/tcp/HOST:PORT")]
+    Endpoint {
+        /// What was given.
+        given: String,
+    },
+    /// The configuration cannot be used.
+    #[error("configuration: {0}")]
+    Config(#[from] ::config::ConfigError),
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The recording holds no pair.
+    #[error("the recording holds no stereo pair")]
+    Empty,
+    /// The server does not want it.
+    #[error("the server refuses ({}): {text}", reason.name())]
+    Refused {
+        /// Its reason.
+        reason: Reason,
+        /// What it says.
+        text: String,
+    },
+    /// The server could not be reached for too long.
+    #[error("no connection to {to} for {:.0} s: {problem}", after.as_secs_f64())]
+    Unreachable {
+        /// The server.
+        to: String,
+        /// How long.
+        after: Duration,
+        /// The last problem.
+        problem: String,
+    },
+}
+
+impl CartError {
+    /// Whether what the user gave is at fault.
+    pub fn is_bad_input(&self) -> bool {
+        matches!(self, Self::Endpoint { .. } | Self::Config(_) | Self::Recording(_) | Self::Empty)
+    }
+}

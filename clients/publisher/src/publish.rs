@@ -1,0 +1,206 @@
+//! The stream: read, paced, sent, reconnected.
+
+use std::future::Future;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use protocol::SessionId;
+use protocol::v1::{Reason, StereoPair, from_server};
+use recording::{RecordingError, RecordingReader};
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+use crate::config::{CartConfig, ConnectionConfig};
+use crate::link::{Link, LinkError, Purpose};
+use crate::report::{Progress, PublishReport, Tally};
+use crate::{CartError, Endpoint, convert, source};
+
+/// What to stream, and to whom.
+#[derive(Clone, Debug)]
+pub struct PublishOptions {
+    /// The recording.
+    pub recording: PathBuf,
+    /// The server.
+    pub to: Endpoint,
+    /// The session to feed; the server names one where none is given.
+    pub session: Option<SessionId>,
+    /// Times the recorded pace.
+    pub rate: f64,
+    /// Starts over at the end, with stamps that go on.
+    pub repeat: bool,
+}
+
+/// Streams a recording to its end, or until `stop` is ready; `observe` is told after each message.
+///
+/// # Errors
+/// [`CartError`]: the recording cannot be read, the server refuses or stays away.
+pub async fn publish_recording(
+    options: &PublishOptions,
+    config: &CartConfig,
+    mut observe: impl FnMut(&Progress) + Send,
+    stop: impl Future<Output = ()> + Send,
+) -> Result<PublishReport, CartError> {
+    let reader = RecordingReader::open(&options.recording, &config.recording)?;
+    if let Some(damage) = reader.damage() {
+        tracing::warn!(damage, "the recording is damaged; it is streamed up to its last good record");
+    }
+    let calibration = reader.calibration()?;
+    let mut tally = Tally { expected: reader.expected_pairs(), ..Tally::default() };
+    let mut sender = Sender {
+        to: &options.to,
+        config: &config.cart,
+        purpose: Purpose { session: options.session.clone(), calibration: convert::calibration(&calibration) },
+        link: None,
+    };
+    // The first connection is made before time starts to run, so that no pair is missed.
+    let stream = async {
+        sender.connect(&mut tally).await?;
+        let pairs = source::read(reader, calibration.image_size_px(), options.repeat);
+        let (slot, newest) = watch::channel(None);
+        let pacing = tokio::spawn(source::pace(pairs, options.rate, slot));
+        let sent = sender.send_all(newest, &mut tally, &mut observe).await;
+        finish(pacing, sent).await
+    };
+    let streamed = tokio::select! {
+        streamed = stream => streamed,
+        () = stop => Ok(()),
+    };
+    if let Some(link) = sender.link.take() {
+        link.close().await;
+    }
+    streamed?;
+    Ok(tally.report())
+}
+
+/// The reason why the stream ended: what was read comes before what was sent.
+async fn finish(
+    pacing: JoinHandle<Result<(), RecordingError>>,
+    sent: Result<(), CartError>,
+) -> Result<(), CartError> {
+    if sent.is_err() {
+        pacing.abort();
+        return sent;
+    }
+    match pacing.await {
+        Ok(read) => Ok(read?),
+        Err(panic) => std::panic::resume_unwind(panic.into_panic()),
+    }
+}
+
+/// The connection, made again where it is lost.
+struct Sender<'a> {
+    to: &'a Endpoint,
+    config: &'a ConnectionConfig,
+    purpose: Purpose,
+    link: Option<Link>,
+}
+
+impl Sender<'_> {
+    /// Connects, again and again within the time given.
+    async fn connect(&mut self, tally: &mut Tally) -> Result<(), CartError> {
+        let started = Instant::now();
+        let mut pause = Duration::from_secs_f64(self.config.retry_first_s);
+        loop {
+            let problem = match Link::connect(self.to, &self.purpose).await {
+                Ok((link, session)) => {
+                    tally.session = session.to_string();
+                    self.purpose.session = Some(session);
+                    self.link = Some(link);
+                    return Ok(());
+                }
+                Err(LinkError::Lost(problem)) => problem,
+                // The server may not have noticed yet that the last connection is lost.
+                Err(LinkError::Refused { reason: Reason::SessionBusy, text }) if tally.has_sent() => text,
+                Err(LinkError::Refused { reason, text }) => return Err(CartError::Refused { reason, text }),
+            };
+            let after = started.elapsed();
+            if after.as_secs_f64() > self.config.give_up_s {
+                return Err(CartError::Unreachable { to: self.to.to_string(), after, problem });
+            }
+            tracing::info!(problem, "no connection; trying again");
+            tokio::time::sleep(pause).await;
+            pause = (pause * 2).min(Duration::from_secs_f64(self.config.retry_max_s));
+        }
+    }
+
+    async fn send_all(
+        &mut self,
+        mut newest: watch::Receiver<Option<StereoPair>>,
+        tally: &mut Tally,
+        observe: &mut impl FnMut(&Progress),
+    ) -> Result<(), CartError> {
+        loop {
+            let Some(link) = &mut self.link else {
+                self.connect(tally).await?;
+                tally.reconnects += 1;
+                continue;
+            };
+            match exchange(link, &mut newest, tally, observe).await {
+                Ok(Exchange::Goes) => {}
+                Ok(Exchange::SourceEnded) => {
+                    self.linger(tally, observe).await;
+                    return if tally.has_sent() { Ok(()) } else { Err(CartError::Empty) };
+                }
+                Err(LinkError::Lost(problem)) => {
+                    tracing::warn!(problem, "connection lost");
+                    self.link = None;
+                }
+                Err(LinkError::Refused { reason, text }) => return Err(CartError::Refused { reason, text }),
+            }
+        }
+    }
+
+    /// Waits for the poses that are still to come.
+    async fn linger(&mut self, tally: &mut Tally, observe: &mut impl FnMut(&Progress)) {
+        let Some(link) = &mut self.link else { return };
+        let rest = async {
+            while tally.awaits_poses() {
+                match link.receive().await {
+                    Ok(body) => hear(body, tally, observe),
+                    Err(_) => return,
+                }
+            }
+        };
+        // Pairs that were overtaken in the server have no pose, so it is usual that time runs out.
+        let _ = tokio::time::timeout(Duration::from_secs_f64(self.config.linger_s), rest).await;
+    }
+}
+
+enum Exchange {
+    Goes,
+    SourceEnded,
+}
+
+/// One message, in either direction.
+async fn exchange(
+    link: &mut Link,
+    newest: &mut watch::Receiver<Option<StereoPair>>,
+    tally: &mut Tally,
+    observe: &mut impl FnMut(&Progress),
+) -> Result<Exchange, LinkError> {
+    tokio::select! {
+        changed = newest.changed() => {
+            if changed.is_err() {
+                return Ok(Exchange::SourceEnded);
+            }
+            let Some(pair) = newest.borrow_and_update().clone() else { return Ok(Exchange::Goes) };
+            tally.note_sent(pair.sequence, Instant::now());
+            link.send(pair).await?;
+            observe(&tally.progress());
+        }
+        body = link.receive() => hear(body?, tally, observe),
+    }
+    Ok(Exchange::Goes)
+}
+
+fn hear(body: from_server::Body, tally: &mut Tally, observe: &mut impl FnMut(&Progress)) {
+    match body {
+        from_server::Body::Pose(pose) => tally.note_pose(&pose, Instant::now()),
+        from_server::Body::Refusal(refusal) => {
+            tracing::debug!(reason = refusal.reason().name(), text = refusal.text, "refused");
+            tally.note_refused(refusal.reason());
+        }
+        _ => return,
+    }
+    observe(&tally.progress());
+}

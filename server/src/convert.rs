@@ -1,0 +1,159 @@
+//! Between wire and domain; nowhere else do the two meet.
+
+use geometry::validate::{RigLimits, check_calibration, check_rig};
+use geometry::{CameraModel, Distortion, Pinhole, Pose, StereoCalibration, StereoRig};
+use nalgebra::{Quaternion, Translation3, UnitQuaternion};
+use protocol::WireSurfel;
+use protocol::v1::{self, ImageFormat, Reason, TrackingOutcome};
+use recording::{Calibration, RawPixel};
+use tracking::Outcome;
+
+use crate::publish::model_lane::ModelUpdate;
+use crate::session::intake::Rejection;
+
+/// Furthest a quaternion's length may be from 1; seven printed digits give 1e-7.
+const UNIT_TOLERANCE: f64 = 1e-4;
+
+/// A calibration that the limits accept.
+///
+/// # Errors
+/// [`Rejection`] that names the field.
+pub fn calibration_from_wire(wire: &v1::Calibration, limits: &RigLimits) -> Result<Calibration, Rejection> {
+    let calibration = match (&wire.rectified, &wire.raw) {
+        (Some(rig), None) => Calibration::Rectified(rig_from_wire(rig)?),
+        (None, Some(raw)) => Calibration::Raw(raw_from_wire(raw)?),
+        _ => return Err(invalid("exactly one of rectified and raw must be set")),
+    };
+    match &calibration {
+        Calibration::Rectified(rig) => check_rig(rig, limits),
+        Calibration::Raw(raw) => check_calibration(raw, limits),
+    }
+    .map_err(|error| invalid(&error.to_string()))?;
+    Ok(calibration)
+}
+
+fn invalid(text: &str) -> Rejection {
+    Rejection::new(Reason::InvalidCalibration, text)
+}
+
+fn required<'a, T>(field: &str, value: Option<&'a T>) -> Result<&'a T, Rejection> {
+    value.ok_or_else(|| invalid(&format!("{field} is missing")))
+}
+
+fn rig_from_wire(rig: &v1::RectifiedRig) -> Result<StereoRig, Rejection> {
+    let left = pinhole_from_wire(required("rectified.left", rig.left.as_ref())?);
+    Ok(StereoRig { left, baseline_m: rig.baseline_m, right_cx_px: rig.right_cx_px })
+}
+
+fn raw_from_wire(raw: &v1::RawRig) -> Result<StereoCalibration, Rejection> {
+    let transform = required("raw.right_from_left", raw.right_from_left.as_ref())?;
+    Ok(StereoCalibration {
+        left: camera_from_wire("raw.left", raw.left.as_ref())?,
+        right: camera_from_wire("raw.right", raw.right.as_ref())?,
+        right_from_left: pose_from_wire(transform)
+            .ok_or_else(|| invalid("raw.right_from_left has no unit quaternion"))?,
+    })
+}
+
+fn camera_from_wire(field: &str, camera: Option<&v1::DistortedCamera>) -> Result<CameraModel, Rejection> {
+    let camera = required(field, camera)?;
+    let pinhole = pinhole_from_wire(required(&format!("{field}.camera"), camera.camera.as_ref())?);
+    let distortion = match *camera.distortion {
+        [] => Distortion::None,
+        [k1, k2, p1, p2, k3] => Distortion::RadialTangential([k1, k2, p1, p2, k3]),
+        [k1, k2, p1, p2, k3, k4, k5, k6] => Distortion::Rational([k1, k2, p1, p2, k3, k4, k5, k6]),
+        ref other => {
+            return Err(invalid(&format!("{field}.distortion has {} values; 0, 5 or 8 are read", other.len())));
+        }
+    };
+    Ok(CameraModel { pinhole, distortion })
+}
+
+fn pinhole_from_wire(camera: &v1::Camera) -> Pinhole {
+    Pinhole {
+        width_px: camera.width_px,
+        height_px: camera.height_px,
+        fx_px: camera.fx_px,
+        fy_px: camera.fy_px,
+        cx_px: camera.cx_px,
+        cy_px: camera.cy_px,
+    }
+}
+
+fn pose_from_wire(wire: &v1::RigidTransform) -> Option<Pose> {
+    let quaternion = Quaternion::new(wire.qw, wire.qx, wire.qy, wire.qz);
+    let unit = (quaternion.norm() - 1.0).abs() < UNIT_TOLERANCE;
+    let rotation = unit.then(|| UnitQuaternion::from_quaternion(quaternion))?;
+    Some(Pose::from_parts(Translation3::new(wire.tx_m, wire.ty_m, wire.tz_m), rotation))
+}
+
+/// A pose on the wire.
+pub fn pose_to_wire(pose: &Pose) -> v1::RigidTransform {
+    let (t, q) = (&pose.translation, &pose.rotation);
+    v1::RigidTransform { tx_m: t.x, ty_m: t.y, tz_m: t.z, qx: q.i, qy: q.j, qz: q.k, qw: q.w }
+}
+
+/// An outcome on the wire.
+pub fn outcome_to_wire(outcome: Outcome) -> TrackingOutcome {
+    match outcome {
+        Outcome::NotInitialized => TrackingOutcome::NotInitialized,
+        Outcome::Tracked => TrackingOutcome::Tracked,
+        Outcome::Recovered => TrackingOutcome::Recovered,
+        Outcome::Lost { .. } => TrackingOutcome::Lost,
+    }
+}
+
+/// Time since a loss; 0 unless lost.
+pub fn lost_for_ns(outcome: Outcome, stamp_ns: u64) -> u64 {
+    match outcome {
+        Outcome::Lost { since_ns } => stamp_ns.saturating_sub(since_ns),
+        _ => 0,
+    }
+}
+
+/// An image whose header agrees with what the message says of it.
+///
+/// # Errors
+/// [`Rejection`] for a format that is not known.
+pub fn image_from_wire(image: v1::EncodedImage) -> Result<recording::EncodedImage, Rejection> {
+    let (width, height) = (image.width_px, image.height_px);
+    let raw = |pixel: RawPixel| {
+        let row_bytes = width.saturating_mul(pixel.bytes());
+        recording::ImageFormat::Raw { width, height, row_bytes, pixel }
+    };
+    let format = match image.format() {
+        ImageFormat::Jpeg => recording::ImageFormat::Jpeg,
+        ImageFormat::Png => recording::ImageFormat::Png,
+        ImageFormat::Rgb8 => raw(RawPixel::Rgb8),
+        ImageFormat::Gray8 => raw(RawPixel::Mono8),
+        ImageFormat::Unspecified => {
+            let text = format!("image format {} is not known", image.format);
+            return Err(Rejection::new(Reason::MalformedImage, text));
+        }
+    };
+    Ok(recording::EncodedImage { format, bytes: image.data.into() })
+}
+
+/// A JPEG on the wire.
+pub fn jpeg_to_wire(image: recording::EncodedImage, (width_px, height_px): (u32, u32)) -> v1::EncodedImage {
+    v1::EncodedImage { format: ImageFormat::Jpeg.into(), width_px, height_px, data: image.bytes.into() }
+}
+
+/// A change set on the model lane; confidence is the weight's share of `weight_max`.
+pub fn model_update(stamp_ns: u64, changes: &dense::ChangeSet, weight_max: f32) -> ModelUpdate {
+    let mut changed: Vec<WireSurfel> = changes
+        .added
+        .iter()
+        .chain(&changes.updated)
+        .map(|surfel| WireSurfel {
+            id: surfel.id,
+            position_in_world_m: surfel.position,
+            normal_in_world: surfel.normal,
+            radius_m: surfel.radius_m,
+            color: surfel.color,
+            confidence: surfel.weight / weight_max,
+        })
+        .collect();
+    changed.sort_unstable_by_key(|surfel| surfel.id);
+    ModelUpdate { stamp_ns, changed, removed: changes.removed.clone() }
+}

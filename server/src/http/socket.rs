@@ -1,0 +1,177 @@
+//! A WebSocket peer: greeting, envelopes both ways, and one way to end for each reason.
+
+use std::time::Duration;
+
+use axum::extract::ws::{CloseFrame, Message, WebSocket};
+use protocol::limits::{
+    CLOSE_GOING_AWAY, CLOSE_MALFORMED, CLOSE_OVERSIZED, CLOSE_REFUSED, HELLO_TIMEOUT_MS,
+};
+use protocol::v1::{Farewell, Hello, Reason, from_server, to_server};
+use protocol::{Bytes, SessionId};
+use tokio::sync::watch;
+use tokio::time::timeout;
+use tokio_tungstenite::tungstenite;
+
+use crate::session::intake::Rejection;
+
+/// What a client is told at the end may take this long to write.
+const LAST_WORDS_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Text that a close frame holds (RFC 6455: 125 bytes, 2 of them the code).
+const CLOSE_TEXT_MAX_BYTES: usize = 123;
+
+/// Why a stream ends.
+#[derive(Debug)]
+pub enum Ending {
+    /// The peer closed it, vanished, or took nothing for too long.
+    Gone,
+    /// The peer sent what is no envelope.
+    Malformed(String),
+    /// The peer sent a message over the limit.
+    Oversized,
+    /// A rule of the protocol refuses to go on.
+    Refused(Rejection),
+    /// The session has ended.
+    SessionClosed(String),
+}
+
+/// A connected WebSocket.
+pub struct Peer {
+    socket: WebSocket,
+    message_max_bytes: usize,
+    stall: Duration,
+}
+
+impl Peer {
+    /// A peer that may send messages up to a size and is let go when it takes nothing for `stall`.
+    pub fn new(socket: WebSocket, message_max_bytes: usize, stall: Duration) -> Self {
+        Self { socket, message_max_bytes, stall }
+    }
+
+    /// Agrees on a version with the peer, whose first message is a hello.
+    ///
+    /// # Errors
+    /// [`Ending`] where none comes in time, or no common version.
+    pub async fn greet(&mut self) -> Result<(), Ending> {
+        let first = timeout(Duration::from_millis(HELLO_TIMEOUT_MS), self.receive()).await;
+        let refused = |reason, text: String| Ending::Refused(Rejection::new(reason, text));
+        let hello = match first {
+            Ok(Ok(Some(to_server::Body::Hello(hello)))) => hello,
+            Ok(Ok(_)) => return Err(refused(Reason::MalformedMessage, "the first message must be a hello".into())),
+            Ok(Err(ending)) => return Err(ending),
+            Err(_) => return Err(refused(Reason::MalformedMessage, "no hello came in time".into())),
+        };
+        self.send(protocol::from_server(from_server::Body::Hello(answer(&hello).map_err(Ending::Refused)?))).await
+    }
+
+    /// The next message; its body is `None` where this version does not know it.
+    ///
+    /// Nothing is lost when the future is dropped before it is ready.
+    ///
+    /// # Errors
+    /// [`Ending`].
+    pub async fn receive(&mut self) -> Result<Option<to_server::Body>, Ending> {
+        loop {
+            match self.socket.recv().await {
+                Some(Ok(Message::Binary(bytes))) => {
+                    return protocol::decode_to_server(bytes, self.message_max_bytes)
+                        .map(|envelope| envelope.body)
+                        .map_err(|error| Ending::Malformed(error.to_string()));
+                }
+                Some(Ok(Message::Text(_))) => return Err(Ending::Malformed("text, not binary".into())),
+                Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+                Some(Ok(Message::Close(_))) | None => return Err(Ending::Gone),
+                Some(Err(error)) if is_oversized(&error) => return Err(Ending::Oversized),
+                Some(Err(_)) => return Err(Ending::Gone),
+            }
+        }
+    }
+
+    /// Sends an encoded envelope.
+    ///
+    /// # Errors
+    /// [`Ending::Gone`] where the peer does not take it.
+    pub async fn send(&mut self, bytes: Bytes) -> Result<(), Ending> {
+        match timeout(self.stall, self.socket.send(Message::Binary(bytes))).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) | Err(_) => Err(Ending::Gone),
+        }
+    }
+
+    /// Says why, and closes.
+    pub async fn end(mut self, ending: Ending) {
+        let (last_words, code, text) = match ending {
+            Ending::Gone => return,
+            Ending::Malformed(text) => (refusal(Reason::MalformedMessage, &text), CLOSE_MALFORMED, text),
+            Ending::Oversized => {
+                let text = format!("a message is over the limit of {} bytes", self.message_max_bytes);
+                (refusal(Reason::OversizedMessage, &text), CLOSE_OVERSIZED, text)
+            }
+            Ending::Refused(Rejection { reason, text }) => (refusal(reason, &text), CLOSE_REFUSED, text),
+            Ending::SessionClosed(text) => {
+                (from_server::Body::Farewell(Farewell { text: text.clone() }), CLOSE_GOING_AWAY, text)
+            }
+        };
+        let close = Message::Close(Some(CloseFrame { code, reason: close_text(&text).into() }));
+        // The peer may be gone by now, which is what is wanted.
+        let _ = timeout(LAST_WORDS_TIMEOUT, async {
+            let _ = self.socket.send(Message::Binary(protocol::from_server(last_words))).await;
+            let _ = self.socket.send(close).await;
+            while let Some(Ok(_)) = self.socket.recv().await {}
+        })
+        .await;
+    }
+}
+
+/// A refusal of a whole stream.
+pub fn refusal(reason: Reason, text: &str) -> from_server::Body {
+    from_server::Body::Refusal(protocol::refusal(reason, text, None))
+}
+
+/// The server's answer to a hello: the one version that is spoken from then on.
+///
+/// # Errors
+/// [`Rejection`] where there is no common version.
+pub fn answer(hello: &Hello) -> Result<Hello, Rejection> {
+    let version = protocol::negotiate(hello)
+        .map_err(|error| Rejection::new(Reason::UnsupportedVersion, error.to_string()))?;
+    Ok(Hello { oldest_version: version, newest_version: version, ..own_hello() })
+}
+
+/// What this server speaks.
+pub fn own_hello() -> Hello {
+    protocol::hello(concat!("mis-slam ", env!("CARGO_PKG_VERSION")))
+}
+
+/// Waits until a session has ended.
+pub async fn session_closed(closing: &mut watch::Receiver<Option<String>>, session: &SessionId) -> Ending {
+    let text = match closing.wait_for(Option::is_some).await {
+        Ok(text) => text.clone().unwrap_or_default(),
+        Err(_) => format!("session {session} has ended"),
+    };
+    Ending::SessionClosed(text)
+}
+
+/// Waits for the next value of a latest-wins lane.
+///
+/// Never ready once the lane is gone; [`session_closed`] then is. Nothing is lost when the future is dropped.
+pub async fn newest(lane: &mut watch::Receiver<Option<Bytes>>) -> Bytes {
+    loop {
+        if lane.changed().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+        if let Some(bytes) = lane.borrow_and_update().clone() {
+            return bytes;
+        }
+    }
+}
+
+fn is_oversized(error: &axum::Error) -> bool {
+    let source = std::error::Error::source(error);
+    matches!(source.and_then(|source| source.downcast_ref()), Some(tungstenite::Error::Capacity(_)))
+}
+
+/// What fits a close frame.
+fn close_text(text: &str) -> &str {
+    &text[..text.floor_char_boundary(CLOSE_TEXT_MAX_BYTES)]
+}

@@ -1,0 +1,174 @@
+//! What zenoh peers ask for and must wait for: calibration, greeting, snapshots, refusals.
+
+use std::sync::Arc;
+
+use protocol::keys;
+use protocol::v1::{Calibration, Hello, Reason, Refusal, from_server, to_server};
+use protocol::{Bytes, ProtocolError, SessionId};
+use zenoh::bytes::ZBytes;
+use zenoh::query::Query;
+use zenoh::sample::Sample;
+
+use crate::http::socket::{answer, own_hello};
+use crate::publish::zenoh::ZenohError;
+use crate::session::intake::Rejection;
+use crate::session::lifecycle::SourceId;
+use crate::session::registry::Registry;
+
+/// Something that a callback leaves to the task.
+pub(super) enum Request {
+    /// A query with a calibration, to be answered.
+    Calibration(Query),
+    /// A calibration that was put; only a refusal is answered.
+    CalibrationPut(Sample),
+    /// A query with a hello.
+    Hello(Query),
+    /// A query for the whole model.
+    Snapshot(Query),
+    /// A refusal to be sent to a cart.
+    Refusal {
+        /// Where the cart listens.
+        key: String,
+        /// What it is told.
+        refusal: Refusal,
+    },
+}
+
+/// A message of a named cart.
+pub(super) struct Message {
+    /// The cart.
+    pub source: SessionId,
+    /// What it says.
+    pub body: to_server::Body,
+}
+
+impl Message {
+    /// # Errors
+    /// [`Rejection`]: over the limit (before anything is copied), no envelope, no name, no body.
+    pub fn read(payload: &ZBytes, limit_bytes: usize) -> Result<Self, Rejection> {
+        let envelope = read_envelope(payload, limit_bytes)?;
+        let malformed = |text: String| Rejection::new(Reason::MalformedMessage, text);
+        let source =
+            envelope.source.parse().map_err(|error: ProtocolError| malformed(format!("source: {error}")))?;
+        Ok(Self { source, body: envelope.body.ok_or_else(misplaced)? })
+    }
+}
+
+fn read_envelope(payload: &ZBytes, limit_bytes: usize) -> Result<protocol::v1::ToServer, Rejection> {
+    if payload.len() > limit_bytes {
+        let error = ProtocolError::Oversized { bytes: payload.len(), limit: limit_bytes };
+        return Err(Rejection::new(Reason::OversizedMessage, error.to_string()));
+    }
+    protocol::decode_to_server(Bytes::from(payload.to_bytes().into_owned()), limit_bytes)
+        .map_err(|error| Rejection::new(Reason::MalformedMessage, error.to_string()))
+}
+
+/// A message that may not come where it came.
+pub(super) fn misplaced() -> Rejection {
+    Rejection::new(Reason::MalformedMessage, "this message does not belong on this key")
+}
+
+fn session_of(key: &str) -> Result<SessionId, Rejection> {
+    let (id, _) =
+        keys::parse(key).map_err(|error| Rejection::new(Reason::InvalidSessionId, error.to_string()))?;
+    Ok(id)
+}
+
+/// Answers requests, one at a time.
+pub(super) struct Requests {
+    pub zenoh: zenoh::Session,
+    pub registry: Arc<Registry>,
+    pub message_max_bytes: usize,
+}
+
+impl Requests {
+    /// # Errors
+    /// [`ZenohError`] where the answer cannot be sent.
+    pub async fn answer(&self, request: Request) -> Result<(), ZenohError> {
+        match request {
+            Request::Calibration(query) => {
+                let payload = query.payload().cloned().unwrap_or_default();
+                let outcome = self.take_calibration(query.key_expr().as_str(), &payload).await;
+                reply(&query, outcome.map(|()| vec![encode_hello(own_hello())])).await
+            }
+            Request::CalibrationPut(put) => self.answer_put(&put).await,
+            Request::Hello(query) => {
+                let payload = query.payload().cloned().unwrap_or_default();
+                reply(&query, self.greet(&payload).map(|hello| vec![hello])).await
+            }
+            Request::Snapshot(query) => {
+                let session = session_of(query.key_expr().as_str()).and_then(|id| self.registry.find(id.as_str()));
+                reply(&query, session.map(|session| session.hub().model.snapshot())).await
+            }
+            Request::Refusal { key, refusal } => self.refuse(key, refusal).await,
+        }
+    }
+
+    async fn answer_put(&self, put: &Sample) -> Result<(), ZenohError> {
+        let key = put.key_expr().as_str();
+        let Err(rejection) = self.take_calibration(key, put.payload()).await else { return Ok(()) };
+        let refusal = protocol::refusal(rejection.reason, rejection.text, None);
+        match (session_of(key), Message::read(put.payload(), self.message_max_bytes)) {
+            (Ok(id), Ok(message)) => self.refuse(keys::reply(&id, &message.source), refusal).await,
+            // Nobody can be told: the sender is not known.
+            _ => Ok(()),
+        }
+    }
+
+    async fn refuse(&self, key: String, refusal: Refusal) -> Result<(), ZenohError> {
+        let bytes = protocol::from_server(from_server::Body::Refusal(refusal));
+        Ok(self.zenoh.put(key, bytes).await?)
+    }
+
+    fn greet(&self, payload: &ZBytes) -> Result<Bytes, Rejection> {
+        match read_envelope(payload, self.message_max_bytes)?.body {
+            Some(to_server::Body::Hello(hello)) => answer(&hello).map(encode_hello),
+            _ => Err(misplaced()),
+        }
+    }
+
+    /// The cart feeds the session of the key from now on, which is opened where there is none.
+    async fn take_calibration(&self, key: &str, payload: &ZBytes) -> Result<(), Rejection> {
+        let id = session_of(key)?;
+        let message = Message::read(payload, self.message_max_bytes)?;
+        let to_server::Body::Calibration(calibration) = message.body else { return Err(misplaced()) };
+        let (registry, source) = (Arc::clone(&self.registry), SourceId::Zenoh(message.source));
+        // Building a reconstruction blocks, so it happens off the async runtime.
+        tokio::task::spawn_blocking(move || calibrate(&registry, id, source, &calibration))
+            .await
+            .unwrap_or_else(|error| Err(Rejection::new(Reason::Internal, error.to_string())))
+    }
+}
+
+fn calibrate(
+    registry: &Registry,
+    id: SessionId,
+    source: SourceId,
+    calibration: &Calibration,
+) -> Result<(), Rejection> {
+    let Some(session) = registry.get(&id) else {
+        let opened = registry.open(Some(id), calibration)?;
+        return Ok(opened.hub().join(source)?);
+    };
+    session.hub().join(source)?;
+    registry.recalibrate(&session, calibration)
+}
+
+fn encode_hello(hello: Hello) -> Bytes {
+    protocol::from_server(from_server::Body::Hello(hello))
+}
+
+async fn reply(query: &Query, outcome: Result<Vec<Bytes>, Rejection>) -> Result<(), ZenohError> {
+    match outcome {
+        Ok(messages) => {
+            for message in messages {
+                query.reply(query.key_expr(), message).await?;
+            }
+        }
+        Err(Rejection { reason, text }) => {
+            let refusal = from_server::Body::Refusal(protocol::refusal(reason, text, None));
+            query.reply_err(protocol::from_server(refusal)).await?;
+        }
+    }
+    Ok(())
+}

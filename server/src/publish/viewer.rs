@@ -1,0 +1,52 @@
+//! A viewer on a WebSocket: all lanes of a session out.
+
+use std::sync::Arc;
+
+use protocol::v1::{Reason, to_server};
+
+use super::model_lane::Seed;
+use crate::http::socket::{Ending, Peer, newest, session_closed};
+use crate::session::hub::Hub;
+use crate::session::intake::Rejection;
+
+/// Serves a viewer until it or the session ends.
+pub async fn serve(mut peer: Peer, hub: Arc<Hub>) {
+    let ending = match peer.greet().await {
+        Ok(()) => follow(&mut peer, &hub).await,
+        Err(ending) => Err(ending),
+    };
+    if let Err(ending) = ending {
+        tracing::debug!(session = %hub.id(), ?ending, "viewer disconnected");
+        peer.end(ending).await;
+    }
+}
+
+/// Small lanes go first, so that a large model does not delay poses by more than one message.
+async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
+    let mut closing = hub.closing.subscribe();
+    let model = hub.model.subscribe(Seed::Snapshot);
+    let (mut state, mut pose, mut preview) =
+        (hub.state.subscribe(), hub.pose.subscribe(), hub.preview.subscribe());
+    for lane in [&mut state, &mut pose, &mut preview] {
+        lane.mark_changed();
+    }
+    loop {
+        tokio::select! {
+            biased;
+            bytes = newest(&mut state) => peer.send(bytes).await?,
+            ending = session_closed(&mut closing, hub.id()) => return Err(ending),
+            message = peer.receive() => match message? {
+                Some(to_server::Body::Resync(_)) => model.resync(),
+                Some(_) => return Err(misplaced()),
+                None => {}
+            },
+            bytes = newest(&mut pose) => peer.send(bytes).await?,
+            bytes = newest(&mut preview) => peer.send(bytes).await?,
+            Some(bytes) = model.next() => peer.send(bytes).await?,
+        }
+    }
+}
+
+fn misplaced() -> Ending {
+    Ending::Refused(Rejection::new(Reason::MalformedMessage, "a viewer sends nothing but resync"))
+}

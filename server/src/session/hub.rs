@@ -1,0 +1,314 @@
+//! What ingest, reconstruction and viewers of one session share: its facts, counts and lanes.
+//!
+//! Facts lie behind one lock that is never held while something is encoded, sent or waited for.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use protocol::v1::{
+    EncodedImage, Pose, PreviewImage, Reason, RigidTransform, SessionState, SessionStatus, StereoPair,
+    TrackingOutcome, from_server,
+};
+use protocol::{Bytes, ProtocolError, SessionId};
+use tokio::sync::{broadcast, watch};
+
+use super::SessionConfig;
+use super::intake::{Intake, Rejection};
+use super::lifecycle::{Event, Lifecycle, SourceBusy, SourceId};
+use super::tally::{Arrivals, Drops, Meter};
+use crate::publish::PublishConfig;
+use crate::publish::model_lane::{ModelLane, ModelUpdate};
+
+/// Refusals that wait for a slow cart; older ones are forgotten, the counts stay.
+const REFUSALS_WAITING_MAX: usize = 64;
+
+/// What the tracker found in one pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseUpdate {
+    /// Of the pair.
+    pub stamp_ns: u64,
+    /// Of the pair.
+    pub sequence: u64,
+    /// What is known.
+    pub outcome: TrackingOutcome,
+    /// None unless tracked or recovered.
+    pub world_from_camera: Option<RigidTransform>,
+    /// Features matched to the map.
+    pub matched_features: u32,
+    /// Time since the loss; 0 unless lost.
+    pub lost_for_ns: u64,
+    /// Whether the picture is fit for fusion: its name for people.
+    pub picture: &'static str,
+}
+
+/// One session's shared part.
+pub struct Hub {
+    id: SessionId,
+    facts: Mutex<Facts>,
+    /// Newest pose.
+    pub pose: watch::Sender<Option<Bytes>>,
+    /// Newest state.
+    pub state: watch::Sender<Option<Bytes>>,
+    /// Newest left image.
+    pub preview: watch::Sender<Option<Bytes>>,
+    /// The model.
+    pub model: ModelLane,
+    /// Refusals of single pairs, for the cart.
+    pub refusals: broadcast::Sender<Bytes>,
+    /// Why the session ended, once it has.
+    pub closing: watch::Sender<Option<String>>,
+}
+
+struct Facts {
+    lifecycle: Lifecycle,
+    intake: Intake,
+    drops: Drops,
+    received: Meter,
+    poses: Meter,
+    fused: Meter,
+    arrivals: Arrivals,
+    pair_at: Option<Instant>,
+    /// Arrival of the pair that the newest pose belongs to.
+    pose_of: Option<Instant>,
+    /// Arrival of the newest pair in the published model.
+    model_of: Option<Instant>,
+    tracking: TrackingOutcome,
+    picture: &'static str,
+}
+
+impl Hub {
+    /// A session that waits for its cart.
+    pub fn new(id: SessionId, size_px: (u32, u32), session: &SessionConfig, publish: &PublishConfig) -> Self {
+        let stamp_lead_max = Duration::from_secs_f64(session.stamp_lead_max_s);
+        let facts = Facts {
+            lifecycle: Lifecycle::new(session, Instant::now()),
+            intake: Intake::new(size_px, stamp_lead_max),
+            drops: Drops::default(),
+            received: Meter::default(),
+            poses: Meter::default(),
+            fused: Meter::default(),
+            arrivals: Arrivals::default(),
+            pair_at: None,
+            pose_of: None,
+            model_of: None,
+            tracking: TrackingOutcome::Unspecified,
+            picture: "",
+        };
+        let hub = Self {
+            id,
+            facts: Mutex::new(facts),
+            pose: watch::Sender::new(None),
+            state: watch::Sender::new(None),
+            preview: watch::Sender::new(None),
+            model: ModelLane::new(publish.viewer_budget_bytes()),
+            refusals: broadcast::Sender::new(REFUSALS_WAITING_MAX),
+            closing: watch::Sender::new(None),
+        };
+        hub.publish_state();
+        hub
+    }
+
+    /// The session's id.
+    pub fn id(&self) -> &SessionId {
+        &self.id
+    }
+
+    fn facts(&self) -> MutexGuard<'_, Facts> {
+        self.facts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A cart starts to feed the session.
+    ///
+    /// # Errors
+    /// [`SourceBusy`] while another one does.
+    pub fn join(&self, source: SourceId) -> Result<(), SourceBusy> {
+        self.facts().lifecycle.join(source, Instant::now())?;
+        self.publish_state();
+        Ok(())
+    }
+
+    /// A cart is gone.
+    pub fn leave(&self, source: &SourceId) {
+        self.happen(Event::SourceLeft(source.clone()));
+    }
+
+    /// Tells the session something; a change of status is published at once.
+    pub fn happen(&self, event: Event) {
+        let changed = {
+            let mut facts = self.facts();
+            let changed = facts.lifecycle.handle(event, Instant::now());
+            changed.then(|| (facts.lifecycle.status(), facts.lifecycle.text().to_owned()))
+        };
+        let Some((status, text)) = changed else { return };
+        tracing::info!(session = %self.id, status = status.name(), text, "session status");
+        self.publish_state();
+        if status == SessionStatus::Closed {
+            self.closing.send_replace(Some(text));
+            self.model.close();
+        }
+    }
+
+    /// The status as of the last event.
+    pub fn status(&self) -> SessionStatus {
+        self.facts().lifecycle.status()
+    }
+
+    /// The cart that feeds the session.
+    pub fn source(&self) -> Option<SourceId> {
+        self.facts().lifecycle.source().cloned()
+    }
+
+    /// Whether this cart feeds the session.
+    pub fn is_fed_by(&self, source: &SourceId) -> bool {
+        self.facts().lifecycle.is_fed_by(source)
+    }
+
+    /// Judges a pair by its header; counts it either way.
+    ///
+    /// # Errors
+    /// [`Rejection`], already counted.
+    pub fn admit(&self, source: &SourceId, pair: &StereoPair) -> Result<(), Rejection> {
+        let now = Instant::now();
+        let admitted = {
+            let mut facts = self.facts();
+            if !facts.lifecycle.is_fed_by(source) {
+                return Err(SourceBusy.into());
+            }
+            facts.received.count(now);
+            let admitted = facts.intake.admit(pair, now);
+            if admitted.is_ok() {
+                facts.arrivals.note(pair.stamp_ns, now);
+                facts.pair_at = Some(now);
+            }
+            admitted
+        };
+        match &admitted {
+            Ok(()) => self.happen(Event::PairTaken),
+            Err(rejection) => self.count_unusable(rejection.reason),
+        }
+        admitted
+    }
+
+    /// A pair that was taken turns out to be unusable: counted, and the cart is told.
+    pub fn reject(&self, sequence: u64, rejection: Rejection) {
+        self.count_unusable(rejection.reason);
+        let refusal = protocol::refusal(rejection.reason, rejection.text, Some(sequence));
+        // Nobody listens: the cart is gone, which is no error.
+        let _ = self.refusals.send(protocol::from_server(from_server::Body::Refusal(refusal)));
+    }
+
+    /// A good pair that a newer one overtook.
+    pub fn count_drop(&self, reason: Reason) {
+        self.facts().drops.count(reason);
+    }
+
+    fn count_unusable(&self, reason: Reason) {
+        self.facts().drops.count(reason);
+        self.happen(Event::PairUnusable(reason));
+    }
+
+    /// The images have another size from now on, and the model starts anew.
+    ///
+    /// # Errors
+    /// As [`ModelLane::clear`].
+    pub fn recalibrate(&self, size_px: (u32, u32)) -> Result<(), ProtocolError> {
+        self.facts().intake.recalibrate(size_px);
+        self.model.clear()?;
+        self.happen(Event::Calibrated);
+        Ok(())
+    }
+
+    /// The reconstruction cannot go on.
+    pub fn fail(&self, text: String) {
+        self.happen(Event::Failed(text));
+    }
+
+    /// Publishes a pose.
+    pub fn publish_pose(&self, update: &PoseUpdate) {
+        let now = Instant::now();
+        let latency = {
+            let mut facts = self.facts();
+            facts.poses.count(now);
+            facts.tracking = update.outcome;
+            facts.picture = update.picture;
+            facts.pose_of = facts.arrivals.of(update.stamp_ns);
+            facts.pose_of.map_or(Duration::ZERO, |arrival| now.duration_since(arrival))
+        };
+        let pose = Pose {
+            stamp_ns: update.stamp_ns,
+            sequence: update.sequence,
+            outcome: update.outcome.into(),
+            world_from_camera: update.world_from_camera,
+            matched_features: update.matched_features,
+            lost_for_ns: update.lost_for_ns,
+            latency_ms: milliseconds(latency),
+        };
+        self.pose.send_replace(Some(protocol::from_server(from_server::Body::Pose(pose))));
+    }
+
+    /// Publishes a left image.
+    pub fn publish_preview(&self, stamp_ns: u64, left: EncodedImage) {
+        let preview = PreviewImage { stamp_ns, left: Some(left) };
+        self.preview.send_replace(Some(protocol::from_server(from_server::Body::Preview(preview))));
+    }
+
+    /// A pair is in the model.
+    pub fn count_fused(&self) {
+        self.facts().fused.count(Instant::now());
+    }
+
+    /// Publishes what the model did.
+    ///
+    /// # Errors
+    /// As [`ModelLane::publish`].
+    pub fn publish_model(&self, update: &ModelUpdate) -> Result<(), ProtocolError> {
+        let published = self.model.publish(update)?;
+        if published.unpackable > 0 {
+            let surfels = published.unpackable;
+            tracing::warn!(session = %self.id, surfels, "surfels without a packed form were left out");
+        }
+        let mut facts = self.facts();
+        facts.model_of = facts.arrivals.of(update.stamp_ns);
+        Ok(())
+    }
+
+    /// The state now.
+    pub fn snapshot_state(&self) -> SessionState {
+        let (epoch, surfels) = self.model.extent();
+        let viewers = self.model.viewers();
+        let now = Instant::now();
+        let facts = self.facts();
+        let age_ms = |at: Option<Instant>| at.map(|at| milliseconds(now.duration_since(at)));
+        SessionState {
+            session: self.id.to_string(),
+            status: facts.lifecycle.status().into(),
+            text: facts.lifecycle.text().to_owned(),
+            source_present: facts.lifecycle.source_present(),
+            tracking: facts.tracking.into(),
+            pairs_received: facts.received.total(),
+            poses_published: facts.poses.total(),
+            frames_fused: facts.fused.total(),
+            drops: facts.drops.to_wire(),
+            received_hz: facts.received.rate_hz(now),
+            pose_hz: facts.poses.rate_hz(now),
+            fused_hz: facts.fused.rate_hz(now),
+            pair_age_ms: age_ms(facts.pair_at),
+            pose_age_ms: age_ms(facts.pose_of),
+            model_age_ms: age_ms(facts.model_of),
+            epoch,
+            surfels: surfels as u32,
+            viewers: viewers as u32,
+            picture: facts.picture.to_owned(),
+        }
+    }
+
+    /// Publishes the state.
+    pub fn publish_state(&self) {
+        let state = from_server::Body::State(self.snapshot_state());
+        self.state.send_replace(Some(protocol::from_server(state)));
+    }
+}
+
+fn milliseconds(duration: Duration) -> f32 {
+    duration.as_secs_f32() * 1e3
+}
