@@ -12,6 +12,12 @@ const TYPES: Readonly<Record<string, string>> = {
   svg: 'image/svg+xml',
 };
 
+/** As strict as the server's own. */
+const HEADERS = {
+  'content-security-policy': "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws: wss:",
+  'x-content-type-options': 'nosniff',
+};
+
 export interface FakeServerOptions {
   /** 0 takes a free one. */
   readonly port?: number;
@@ -80,7 +86,7 @@ async function sendFile(response: ServerResponse, path: string): Promise<void> {
   try {
     const bytes = await readFile(file);
     const type = TYPES[file.split('.').at(-1) ?? ''] ?? 'application/octet-stream';
-    response.writeHead(200, { 'content-type': type }).end(bytes);
+    response.writeHead(200, { ...HEADERS, 'content-type': type }).end(bytes);
   } catch {
     response.writeHead(404).end();
   }

@@ -37,10 +37,17 @@ async function openSession(id = server.session.id): Promise<void> {
   await page.goto(`${server.url}/#/sessions/${id}`);
 }
 
-/** Waits until a JavaScript expression over `misSlam` holds. */
+/**
+ * Waits until a JavaScript expression over `misSlam` holds. Asked from outside again and again, because the
+ * content security policy lets nothing inside the page evaluate text.
+ */
 async function until(expression: string): Promise<PageStatus> {
-  await page.waitForFunction(expression);
-  return page.evaluate('misSlam') as Promise<PageStatus>;
+  const endMs = Date.now() + TIMEOUT_MS;
+  while (Date.now() < endMs) {
+    if (await page.evaluate(expression)) return page.evaluate('misSlam');
+    await page.waitForTimeout(50);
+  }
+  throw new Error(`${expression} did not come true; ${JSON.stringify(await page.evaluate('misSlam'))}`);
 }
 
 test('the list leads to a session', async () => {

@@ -37,7 +37,7 @@ export class SyntheticSurface {
     const slopeY = (heightM(x, y + step, timeS) - z) / step;
     const [red, green, blue] = tissueColor(x, y, -slopeX - slopeY);
     packPosition(view, offset, x, y, z);
-    const radiusCode = Math.round(16 * Math.log2((0.75 * PATCH_M) / this.side / 1e-5));
+    const radiusCode = Math.round(16 * Math.log2(PATCH_M / this.side / 1e-5));
     view.setUint32(offset + 8, (packNormal(slopeX, slopeY, -1) | (radiusCode << 24)) >>> 0, true);
     view.setUint32(offset + 12, (red | (green << 8) | (blue << 16) | (200 << 24)) >>> 0, true);
   }

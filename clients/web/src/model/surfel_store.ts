@@ -43,9 +43,9 @@ export class SurfelStore {
 
   /** Adds the surfel or replaces it; `source` holds its record at word `offset`. */
   put(id: number, version: number, source: Uint32Array, offset: number): void {
-    const held = this.version(id);
-    if (held !== undefined) this.subtractDigest(id, held);
+    const heldSlots = this.size;
     const slot = this.slots.insert(id);
+    if (slot < heldSlots) this.subtractDigest(id, this.versions[slot] as number);
     this.reserve(slot + 1);
     for (let i = 0; i < WORDS_PER_RECORD; i++) {
       this.records[slot * WORDS_PER_RECORD + i] = source[offset + i] as number;

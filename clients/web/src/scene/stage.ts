@@ -2,7 +2,7 @@ import { ColorManagement, Group, LinearSRGBColorSpace, Scene, Vector3, WebGLRend
 import type { Camera } from '../generated/mis_slam/v1/calibration_pb';
 import type { RigidTransform } from '../generated/mis_slam/v1/geometry_pb';
 import type { SurfelStore } from '../model/surfel_store';
-import { type Bounds, modelBounds } from './bounds';
+import { type Bounds, boundsWithScope, modelBounds, outgrows } from './bounds';
 import { ScopeFrustum } from './scope_frustum';
 import { SurfelCloud } from './surfel_cloud';
 import { Trajectory } from './trajectory';
@@ -14,9 +14,7 @@ ColorManagement.enabled = false;
 /** Finer pixels than this cost more than they show. */
 const MAX_PIXEL_RATIO = 2;
 const FADE_TIME_S = 0.15;
-/** The view is fitted anew by itself when the model has grown by this much since the last time. */
-const REFIT_GROWTH = 1.2;
-const BOUNDS_INTERVAL_MS = 500;
+const REFIT_INTERVAL_MS = 500;
 const FRUSTUM_SHARE = 0.35;
 
 /**
@@ -33,8 +31,8 @@ export class Stage {
   private readonly resizing: ResizeObserver;
   private animation = 0;
   private lastFrameMs = performance.now();
-  private lastBoundsMs = Number.NEGATIVE_INFINITY;
-  private fittedRadiusM = 0;
+  private lastRefitMs = Number.NEGATIVE_INFINITY;
+  private fitted: Bounds | undefined;
   private dirty = true;
   private fade = 0;
   private fadeGoal = 0;
@@ -102,12 +100,13 @@ export class Stage {
     this.dirty = true;
   }
 
-  /** Brings the whole model into view. */
-  fit(bounds: Bounds | undefined = modelBounds(this.store)): void {
-    if (bounds === undefined) return;
-    this.view.fit(toView(bounds.centre), bounds.radiusM);
-    this.fittedRadiusM = bounds.radiusM;
-    this.frustum.depthM = bounds.radiusM * FRUSTUM_SHARE;
+  /** Brings the whole model into view, and the scope where it is near. */
+  fit(): void {
+    const model = modelBounds(this.store);
+    if (model === undefined) return;
+    this.fitted = this.withScope(model);
+    this.view.fit(toView(this.fitted.centre), this.fitted.radiusM);
+    this.frustum.depthM = model.radiusM * FRUSTUM_SHARE;
     this.dirty = true;
   }
 
@@ -126,7 +125,7 @@ export class Stage {
     const seconds = Math.min(Math.max((nowMs - this.lastFrameMs) / 1000, 0), 0.1);
     this.lastFrameMs = nowMs;
     const uploaded = this.cloud.upload();
-    if (uploaded) this.fitGrowingModel(nowMs);
+    if (!this.view.movedByHand) this.fitGrowingModel(nowMs);
     const moved = this.view.update(seconds);
     const faded = this.advanceFade(seconds);
     if (!uploaded && !moved && !faded && !this.dirty) return;
@@ -136,10 +135,16 @@ export class Stage {
   };
 
   private fitGrowingModel(nowMs: number): void {
-    if (this.view.movedByHand || nowMs - this.lastBoundsMs < BOUNDS_INTERVAL_MS) return;
-    this.lastBoundsMs = nowMs;
-    const bounds = modelBounds(this.store);
-    if (bounds !== undefined && bounds.radiusM > this.fittedRadiusM * REFIT_GROWTH) this.fit(bounds);
+    if (nowMs - this.lastRefitMs < REFIT_INTERVAL_MS) return;
+    this.lastRefitMs = nowMs;
+    const model = modelBounds(this.store);
+    if (model === undefined) return;
+    if (this.fitted === undefined || outgrows(this.withScope(model), this.fitted)) this.fit();
+  }
+
+  private withScope(model: Bounds): Bounds {
+    const { visible, position } = this.frustum.group;
+    return visible ? boundsWithScope(model, [position.x, position.y, position.z]) : model;
   }
 
   private advanceFade(seconds: number): boolean {

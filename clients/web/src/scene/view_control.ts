@@ -8,9 +8,11 @@ const GLIDE_TIME_S = 0.12;
 const KEY_TURN_RAD = 0.07;
 const KEY_PAN_PX = 24;
 const KEY_ZOOM = 0.9;
+/** Below 1: organs seldom fill their sphere to its edge. */
+const FIT_MARGIN = 0.88;
 const GESTURES = ['pointerdown', 'wheel'] as const;
 /** From the scope's side, a little from above and from the right, so that the frustum is seen too. */
-const FIRST_DIRECTION = new Vector3(0.34, 0.3, 1).normalize();
+const FIRST_DIRECTION = new Vector3(0.5, 0.36, 1).normalize();
 
 /**
  * Where the viewer looks from: an orbit that people steer, or the scope's own view (follow).
@@ -52,7 +54,7 @@ export class ViewControl {
   fit(centre: Vector3, radiusM: number): void {
     const halfVertical = MathUtils.degToRad(ORBIT_FOV_DEG) / 2;
     const halfHorizontal = Math.atan(Math.tan(halfVertical) * this.camera.aspect);
-    const distance = (radiusM * 1.05) / Math.sin(Math.min(halfVertical, halfHorizontal));
+    const distance = (radiusM * FIT_MARGIN) / Math.sin(Math.min(halfVertical, halfHorizontal));
     const { position, target } = this.goal ?? { position: this.camera.position, target: this.orbit.target };
     const direction = position.clone().sub(target).normalize();
     this.goal = { position: centre.clone().addScaledVector(direction, distance), target: centre.clone() };

@@ -1,5 +1,9 @@
 import { type EncodedImage, ImageFormat } from '../generated/mis_slam/v1/image_pb';
-import { element } from '../ui/dom';
+import { element, setData, setText } from '../ui/dom';
+import { age } from '../ui/wording';
+
+/** Previews come a few times a second; one that is older is no longer shown as if it were live. */
+const OLD_AFTER_MS = 1500;
 
 const MIME_TYPES: Partial<Record<ImageFormat, string>> = {
   [ImageFormat.JPEG]: 'image/jpeg',
@@ -10,7 +14,8 @@ const MIME_TYPES: Partial<Record<ImageFormat, string>> = {
 export class Preview {
   private readonly canvas = element('canvas', { role: 'img', 'aria-label': 'Left image of the scope' });
   private readonly placeholder = element('p', {}, 'No image yet');
-  readonly root = element('div', { class: 'preview' }, this.canvas, this.placeholder);
+  private readonly oldness = element('p', { class: 'oldness', hidden: '' });
+  readonly root = element('div', { class: 'preview' }, this.canvas, this.placeholder, this.oldness);
   private next: EncodedImage | undefined;
   private busy = false;
   private shown = 0;
@@ -27,6 +32,14 @@ export class Preview {
   show(image: EncodedImage): void {
     this.next = image;
     if (!this.busy) void this.drain();
+  }
+
+  /** Dims an image that is no longer live and says how old it is. */
+  showAge(ageMs: number | null): void {
+    const old = ageMs !== null && ageMs > OLD_AFTER_MS;
+    setData(this.root, 'old', String(old));
+    this.oldness.hidden = !old;
+    if (old) setText(this.oldness, `Image ${age(ageMs)} old`);
   }
 
   private async drain(): Promise<void> {

@@ -9,7 +9,7 @@ import { outcomeName, statusName } from '../stream/names';
 import { SessionFeed } from '../stream/session_feed';
 import { element, setData, setText } from '../ui/dom';
 import type { Page } from '../ui/page';
-import { age, statusWording } from '../ui/wording';
+import { age, viewedStatusWording } from '../ui/wording';
 import { Banner, messageFor } from './banner';
 import { Preview } from './preview';
 import { StatusPanel } from './status_panel';
@@ -143,6 +143,7 @@ export class SessionPage implements Page {
   private refresh(): void {
     const shown = this.describe();
     this.stage?.showStale(shown.stale);
+    this.preview.showAge(this.feed.previewAge.ageMs(performance.now()));
     this.showFigures(shown);
     this.banner.show(
       messageFor({
@@ -154,7 +155,7 @@ export class SessionPage implements Page {
         silenceMs: this.feed.modelAge.silenceMs(performance.now()),
       }),
     );
-    const status = statusWording(shown.state);
+    const status = viewedStatusWording(shown.state, shown.connection);
     setText(this.statusPill, status.text);
     setData(this.statusPill, 'tone', status.tone);
     setText(this.agePill, `Age ${age(shown.ageMs)}`);

@@ -1,8 +1,17 @@
 import { element, setData, setText } from '../ui/dom';
-import { age, bitRate, count, perSecond, statusWording, type Tone, trackingWording } from '../ui/wording';
+import {
+  age,
+  bitRate,
+  count,
+  perSecond,
+  type Tone,
+  trackingWording,
+  viewedStatusWording,
+} from '../ui/wording';
 
 /** What the panel shows. */
 export interface Figures {
+  readonly connection: string;
   readonly status: string;
   readonly tracking: string;
   readonly surfels: number;
@@ -56,11 +65,12 @@ export class StatusPanel {
   }
 
   show(figures: Figures): void {
-    const status = statusWording(figures.status);
+    const status = viewedStatusWording(figures.status, figures.connection);
     const tracking = trackingWording(figures.tracking);
+    const trackingNow = figures.connection === 'open' && figures.status !== 'source_lost';
     const partly = figures.following ? '' : ` of ${count(figures.serverSurfels)}`;
     this.set('status', status.text, status.tone);
-    this.set('tracking', tracking.text, tracking.tone);
+    this.set('tracking', trackingNow ? tracking.text : '–', tracking.tone);
     this.set('surfels', count(figures.surfels) + partly);
     this.set('epoch', count(figures.epoch));
     this.set('modelAge', age(figures.ageMs), figures.stale ? 'warning' : undefined);

@@ -81,9 +81,9 @@ function fillRow(item: HTMLElement, session: SessionSummary): void {
   setText(part('health'), session.text === '' ? trackingWording(session.tracking).text : session.text);
   const figures = [
     `${count(session.surfels)} surfels`,
-    `${perSecond(session.receivedHz)} video`,
+    `video ${perSecond(session.receivedHz)}`,
     `model ${age(session.modelAgeMs)} old`,
-    `${session.viewers} viewing`,
+    session.viewers === 1 ? '1 viewer' : `${count(session.viewers)} viewers`,
   ];
   setText(part('figures'), figures.join(' · '));
 }

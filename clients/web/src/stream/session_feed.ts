@@ -29,6 +29,7 @@ export class SessionFeed {
   readonly replica: Replica;
   readonly modelAge = new DataAge();
   readonly poseAge = new DataAge();
+  readonly previewAge = new DataAge();
   readonly bytes = new RateMeter();
   readonly epochs = new RateMeter();
   readonly poses = new RateMeter();
@@ -108,6 +109,7 @@ export class SessionFeed {
         this.takeState(body.value);
         break;
       case 'preview':
+        this.previewAge.heard(performance.now());
         this.events.preview(body.value);
         break;
       case undefined:

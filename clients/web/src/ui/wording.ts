@@ -30,6 +30,11 @@ export function statusWording(name: string): Wording {
   return STATUS[name] ?? UNKNOWN;
 }
 
+/** The same for a viewer, to whom a status is worth nothing while the server cannot be heard. */
+export function viewedStatusWording(name: string, connection: string): Wording {
+  return connection === 'open' ? statusWording(name) : { text: 'Not connected', tone: 'bad' };
+}
+
 /** Wording of a tracking outcome by its name on the wire, such as `not_initialized`. */
 export function trackingWording(name: string): Wording {
   return TRACKING[name] ?? UNKNOWN;
@@ -48,9 +53,9 @@ export function count(value: number): string {
   return String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, '\u202f');
 }
 
-/** `29.7 /s`. */
+/** `29.7/s`. */
 export function perSecond(value: number): string {
-  return `${value.toFixed(1)} /s`;
+  return `${value.toFixed(1)}/s`;
 }
 
 /** `640 kbit/s`, `12.4 Mbit/s`. */
