@@ -44,9 +44,9 @@ pub struct FusionConfig {
     /// Least weight of a measurement.
     pub measurement_weight_min: f64,
     /// The paper's `omega_max`.
-    pub weight_max: f64,
+    pub weight_max: f32,
     /// The paper's `tau_weight`: from here on a surfel is stable.
-    pub weight_stable: f64,
+    pub weight_stable: f32,
     /// The paper's `tau_time`: frames after which an unseen unstable surfel is deleted.
     pub unseen_frames_max: u32,
     /// A surfel this far in front of the measured surface is contradicted.
@@ -99,8 +99,8 @@ impl DenseConfig {
             ("dense.fusion.gate_mm", fusion.gate_mm),
             ("dense.fusion.reference_sigma_mm", fusion.reference_sigma_mm),
             ("dense.fusion.measurement_weight_min", fusion.measurement_weight_min),
-            ("dense.fusion.weight_max", fusion.weight_max),
-            ("dense.fusion.weight_stable", fusion.weight_stable),
+            ("dense.fusion.weight_max", f64::from(fusion.weight_max)),
+            ("dense.fusion.weight_stable", f64::from(fusion.weight_stable)),
             ("dense.rejection.error_bin_mm", self.rejection.error_bin_mm),
             ("dense.publish.batch", f64::from(self.publish.batch)),
             ("dense.surfel_capacity", f64::from(self.surfel_capacity)),
@@ -117,7 +117,7 @@ impl DenseConfig {
     }
 }
 
-fn require(
+pub(crate) fn require(
     holds: bool,
     field: &'static str,
     value: f64,

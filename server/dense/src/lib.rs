@@ -1,17 +1,20 @@
 //! Dense surfel SLAM on the GPU.
 //!
-//! [`Observation`] is what disparity and preprocessing say of one stereo pair; [`SurfelModel`] fuses it under the
+//! [`DenseSlam`] takes stereo pairs and poses. Inside, [`Observation`] is what disparity and preprocessing say of one stereo pair; [`SurfelModel`] fuses it under the
 //! tracker's pose. Folders are named by the stages of a frame.
 
 mod change_set;
 mod compaction;
 mod config;
+pub mod disparity;
 mod error;
 mod fusion;
 mod index_map;
 mod model;
 mod observation;
+pub mod preprocess;
 mod render;
+mod slam;
 mod statistics;
 mod store;
 #[cfg(test)]
@@ -24,6 +27,7 @@ pub use error::DenseError;
 pub use model::{DiscardReason, FusionReport, SurfelModel, kernels};
 pub use observation::Observation;
 pub use render::Rendering;
+pub use slam::{DenseFrame, DenseSlam, StepReport};
 pub use statistics::BackProjection;
 pub use store::Surfel;
 pub use view::View;

@@ -16,6 +16,16 @@ pub enum Clock {
     Cpu,
 }
 
+impl Clock {
+    /// `gpu` or `cpu`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gpu => "gpu",
+            Self::Cpu => "cpu",
+        }
+    }
+}
+
 /// One stage of one frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StageTime {

@@ -11,7 +11,8 @@ const WORKGROUP_BYTES: u64 = 16 * 1024;
 const WORKGROUP_INVOCATIONS: u32 = 256;
 const STORAGE_BUFFERS: usize = 10;
 
-fn kernel_files() -> Vec<PathBuf> {
+/// All WGSL files but those of `shared/`, which every kernel file can import by name.
+fn wgsl_files() -> Vec<PathBuf> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let skipped = |name: &std::ffi::OsStr| name == "target" || name == "node_modules" || name == ".git";
     let mut files: Vec<PathBuf> = walkdir::WalkDir::new(workspace)
@@ -25,25 +26,46 @@ fn kernel_files() -> Vec<PathBuf> {
     files
 }
 
-fn reflect(path: &Path) -> Result<KernelReflection, String> {
-    let wgsl = std::fs::read_to_string(path).unwrap();
-    resolve_imports(&wgsl).and_then(|wgsl| KernelReflection::of(&wgsl))
+/// The files with an entry point, each with the text of those files of its folder that have none.
+fn kernels() -> Vec<(PathBuf, Vec<String>)> {
+    let text = |path: &PathBuf| std::fs::read_to_string(path).unwrap();
+    let (kernels, libraries): (Vec<_>, Vec<_>) =
+        wgsl_files().into_iter().partition(|path| text(path).contains("@compute"));
+    let beside = |kernel: &Path| {
+        libraries.iter().filter(|library| library.parent() == kernel.parent()).map(text).collect()
+    };
+    kernels.into_iter().map(|path| (path.clone(), beside(&path))).collect()
+}
+
+/// A kernel file is valid by itself or together with some of the libraries beside it.
+fn reflect(path: &Path, libraries: &[String]) -> Result<KernelReflection, String> {
+    let own = resolve_imports(&std::fs::read_to_string(path).unwrap())?;
+    let mut outcome = KernelReflection::of(&own);
+    for subset in 1..1u32 << libraries.len() {
+        if outcome.is_ok() {
+            break;
+        }
+        let chosen = libraries.iter().enumerate().filter(|(i, _)| subset & (1 << i) != 0);
+        outcome = KernelReflection::of(&chosen.fold(own.clone(), |text, (_, library)| text + library));
+    }
+    outcome
 }
 
 #[test]
 fn every_wgsl_file_is_a_valid_kernel_named_like_its_file() {
-    let files = kernel_files();
+    let files = kernels();
     assert!(files.len() >= 4, "found only {files:?}");
-    for path in files {
-        let reflection = reflect(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    for (path, libraries) in files {
+        let reflection =
+            reflect(&path, &libraries).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         assert_eq!(Some(reflection.entry_point.as_str()), path.file_stem().and_then(|stem| stem.to_str()));
     }
 }
 
 #[test]
 fn every_kernel_fits_the_poorest_adapter() {
-    for path in kernel_files() {
-        let Ok(reflection) = reflect(&path) else { continue };
+    for (path, libraries) in kernels() {
+        let Ok(reflection) = reflect(&path, &libraries) else { continue };
         let invocations: u32 = reflection.workgroup.iter().product();
         let storage = reflection.bindings.iter().filter(|shape| shape.kind != gpu::Binding::Uniform).count();
         let name = path.display();

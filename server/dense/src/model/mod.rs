@@ -19,16 +19,18 @@ use crate::index_map::SplatSettings;
 use crate::render::{self, Rendering};
 use crate::statistics::Statistics;
 use crate::store::{Surfel, SurfelStore};
-use crate::{DenseError, Observation, View, change_set, compaction, fusion, index_map, statistics};
+use crate::{
+    DenseError, Observation, View, change_set, compaction, disparity, fusion, index_map, preprocess, statistics,
+};
 
 /// Largest half width of a disc in the index map, pixels.
 const REACH_MAX_PX: f32 = 16.0;
-/// Passes of the longest frame.
-const STAGES_MAX: u32 = 32;
+/// Passes of the longest frame: those of the model, and three for each band that disparity is matched in.
+const STAGES_MAX: u32 = 320;
 /// Odd, so that the seeds of successive frames run through all values.
 const SEED_STEP: u32 = 0x9E37_79B9;
 
-/// The kernels of the model.
+/// All kernels of this crate.
 pub fn kernels() -> Vec<KernelDeclaration> {
     let folders: [&[KernelDeclaration]; 6] = [
         &index_map::KERNELS,
@@ -38,7 +40,10 @@ pub fn kernels() -> Vec<KernelDeclaration> {
         &change_set::KERNELS,
         &render::KERNELS,
     ];
-    folders.concat()
+    let mut all = folders.concat();
+    all.extend(disparity::kernels());
+    all.extend(preprocess::KERNELS);
+    all
 }
 
 /// Everything bound to the present arrays; made anew when they grow.

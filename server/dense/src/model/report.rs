@@ -13,6 +13,16 @@ pub enum DiscardReason {
     BackProjectionError,
 }
 
+impl DiscardReason {
+    /// Name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoPose => "no_pose",
+            Self::BackProjectionError => "back_projection_error",
+        }
+    }
+}
+
 /// Result block of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FusionReport {

@@ -1,0 +1,156 @@
+//! One stereo pair and the tracker's pose in, the model brought up to date: all stages of a frame in one submission.
+
+use std::sync::Arc;
+
+use geometry::{DepthMap, Mask, Pose, Rgb, StereoRig};
+use gpu::{FrameRecorder, Gpu, StageTime};
+
+use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
+use crate::model::{DiscardReason, FusionReport, SurfelModel};
+use crate::preprocess::{Preprocess, SurfaceStage};
+use crate::{BackProjection, ChangeSet, DenseConfig, DenseError, Observation, Surfel, View};
+
+/// What a picture shows where the model does not cover it.
+const BACKGROUND: [u8; 3] = [18, 18, 22];
+
+/// A rectified pair and what the tracker says of it.
+#[derive(Clone, Copy, Debug)]
+pub struct DenseFrame<'a> {
+    /// Index of the frame in the session; ascends.
+    pub index: u32,
+    /// Time stamp.
+    pub stamp_ns: u64,
+    /// Left eye.
+    pub left: &'a Rgb,
+    /// Right eye.
+    pub right: &'a Rgb,
+    /// Instruments in the left eye.
+    pub mask: Option<&'a Mask>,
+    /// The tracker's pose, `None` while it is lost: then only the depth is found.
+    pub world_from_camera: Option<&'a Pose>,
+}
+
+/// What one frame did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepReport {
+    /// Whether the frame was fused.
+    pub fused: bool,
+    /// Why not.
+    pub discarded_reason: Option<DiscardReason>,
+    /// Stable surfels after the frame.
+    pub surfels: u32,
+    /// New surfels for which the model had no room.
+    pub refused: u32,
+    /// Error of the model before the frame was fused; `None` where nothing of it was in view.
+    pub back_projection: Option<BackProjection>,
+    /// Time of each stage.
+    pub stages: Vec<StageTime>,
+    /// Kernel dispatches.
+    pub dispatches: u32,
+}
+
+/// Disparity and model of one session.
+#[derive(Debug)]
+pub struct DenseSlam {
+    gpu: Arc<Gpu>,
+    rig: StereoRig,
+    preprocess: Preprocess,
+    disparity: DisparityStage,
+    surface: SurfaceStage,
+    observation: Observation,
+    model: SurfelModel,
+}
+
+impl DenseSlam {
+    /// An empty model of what `rig` will see; compiles all kernels.
+    ///
+    /// # Errors
+    /// [`DenseError::Config`], [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
+    pub fn new(
+        gpu: Arc<Gpu>,
+        rig: StereoRig,
+        disparity: &DisparityConfig,
+        dense: &DenseConfig,
+    ) -> Result<Self, DenseError> {
+        let size = (rig.left.width_px, rig.left.height_px);
+        let observation = Observation::new(&gpu, size.0, size.1)?;
+        let model = SurfelModel::new(gpu.clone(), rig.left, &observation, dense)?;
+        let preprocess = Preprocess::new(&gpu, size, disparity)?;
+        let range = DisparityRange::of_rig(&rig, disparity)?;
+        let disparity = DisparityStage::new(&gpu, &preprocess, range, disparity)?;
+        let surface = SurfaceStage::new(&gpu, &rig, &preprocess, &disparity, &observation)?;
+        Ok(Self { gpu, rig, preprocess, disparity, surface, observation, model })
+    }
+
+    /// The rig that the model was made for.
+    pub fn rig(&self) -> &StereoRig {
+        &self.rig
+    }
+
+    /// Finds the frame's depth and, where there is a pose, fuses it.
+    ///
+    /// # Errors
+    /// [`DenseError::ImageSize`], [`DenseError::Gpu`].
+    pub fn step(&mut self, frame: &DenseFrame) -> Result<StepReport, DenseError> {
+        self.preprocess.upload(&self.gpu, frame.left, frame.right, frame.mask)?;
+        if let Some(world_from_camera) = frame.world_from_camera {
+            self.model.prepare(frame.index, world_from_camera)?;
+        }
+        let mut recorder = FrameRecorder::begin(&self.gpu, self.model.timer());
+        self.preprocess.record(&mut recorder)?;
+        self.disparity.record(&mut recorder)?;
+        self.surface.record(&mut recorder)?;
+        if frame.world_from_camera.is_some() {
+            self.model.record(&mut recorder)?;
+        }
+        let times = recorder.submit().collect()?;
+        let fusion = frame.world_from_camera.map(|_| self.model.finish()).transpose()?;
+        Ok(self.report(fusion, times))
+    }
+
+    /// Depth of the last frame, metres, 0 where unknown.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn depth_map(&self) -> Result<DepthMap, DenseError> {
+        let depth = self.gpu.read(&self.observation.depth)?;
+        Ok(DepthMap::from_vec(self.observation.width, self.observation.height, depth)?)
+    }
+
+    /// The changes of the stable model since the last call.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn take_changes(&mut self) -> Result<ChangeSet, DenseError> {
+        self.model.take_changes()
+    }
+
+    /// The stable model, sorted by id.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn surfels(&self) -> Result<Vec<Surfel>, DenseError> {
+        self.model.surfels()
+    }
+
+    /// A picture of the stable model.
+    ///
+    /// # Errors
+    /// [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
+    pub fn render(&self, view: &View) -> Result<Rgb, DenseError> {
+        Ok(self.model.render(view, BACKGROUND)?.rgb)
+    }
+
+    fn report(&self, fusion: Option<FusionReport>, times: gpu::FrameTimes) -> StepReport {
+        let discarded_reason = fusion.as_ref().map_or(Some(DiscardReason::NoPose), |fusion| fusion.discarded);
+        StepReport {
+            fused: discarded_reason.is_none(),
+            discarded_reason,
+            surfels: self.model.surfel_counts().1,
+            refused: fusion.as_ref().map_or(0, |fusion| fusion.refused),
+            back_projection: fusion.and_then(|fusion| fusion.back_projection),
+            stages: times.stages,
+            dispatches: times.dispatches,
+        }
+    }
+}
