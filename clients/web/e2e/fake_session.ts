@@ -144,6 +144,7 @@ export class FakeSession {
         epoch: this.model.epoch,
         surfels: this.model.size,
         viewers: this.viewers.size,
+        picture: 'good',
         camera: CAMERA,
       },
     };

@@ -171,6 +171,7 @@ export class SessionPage implements Page {
     this.panel.show({
       ...shown,
       status: shown.state,
+      picture: feed.lastState?.picture ?? '',
       poseAgeMs: feed.poseAge.ageMs(now),
       latencyMs: feed.lastPose?.latencyMs ?? null,
       matchedFeatures: feed.lastPose?.matchedFeatures ?? null,

@@ -14,6 +14,8 @@ export interface Figures {
   readonly connection: string;
   readonly status: string;
   readonly tracking: string;
+  /** Fitness of the newest picture: `good`, `black`, `frozen`, `blurred`; empty before the first. */
+  readonly picture: string;
   readonly surfels: number;
   readonly serverSurfels: number;
   /** Whether the model is complete; else a snapshot is on its way. */
@@ -34,6 +36,7 @@ export interface Figures {
 const ROWS = {
   status: 'Session',
   tracking: 'Tracking',
+  picture: 'Picture',
   surfels: 'Surfels',
   epoch: 'Model epoch',
   modelAge: 'Model age',
@@ -71,6 +74,7 @@ export class StatusPanel {
     const partly = figures.following ? '' : ` of ${count(figures.serverSurfels)}`;
     this.set('status', status.text, status.tone);
     this.set('tracking', trackingNow ? tracking.text : '–', tracking.tone);
+    this.set('picture', pictureText(figures.picture), figures.picture === 'good' ? undefined : 'warning');
     this.set('surfels', count(figures.surfels) + partly);
     this.set('epoch', count(figures.epoch));
     this.set('modelAge', age(figures.ageMs), figures.stale ? 'warning' : undefined);
@@ -90,4 +94,8 @@ export class StatusPanel {
     setText(value, text);
     setData(value, 'tone', tone ?? '');
   }
+}
+
+function pictureText(picture: string): string {
+  return picture === '' ? '–' : picture.charAt(0).toUpperCase() + picture.slice(1);
 }
