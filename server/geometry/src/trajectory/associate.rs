@@ -27,12 +27,12 @@ const LONE_FRAME_WINDOW_NS: i128 = 10_000_000;
 /// or, if no stamp fits there, counted from the first frame.
 ///
 /// `frame_stamps_ns` must be sorted.
-pub fn associate(stamps_ns: &[i64], frame_stamps_ns: &[u64]) -> Association {
+pub fn associate(stamps_ns: &[u64], frame_stamps_ns: &[u64]) -> Association {
     let nothing = Association { frames: vec![None; stamps_ns.len()], clock: Clock::Unknown };
     let Some(&first_ns) = frame_stamps_ns.first() else { return nothing };
     let window_ns = window_ns(frame_stamps_ns);
     for (clock, offset_ns) in [(Clock::Absolute, 0), (Clock::Relative, i128::from(first_ns))] {
-        let place = |&stamp: &i64| nearest(i128::from(stamp) + offset_ns, frame_stamps_ns, window_ns);
+        let place = |&stamp: &u64| nearest(i128::from(stamp) + offset_ns, frame_stamps_ns, window_ns);
         let frames: Vec<_> = stamps_ns.iter().map(place).collect();
         if frames.iter().any(Option::is_some) {
             return Association { frames, clock };
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn stamps_of_another_clock_belong_nowhere() {
-        let found = associate(&[5_000, i64::MIN], &FRAMES_NS);
+        let found = associate(&[5_000, u64::MAX], &FRAMES_NS);
         assert_eq!(found, Association { frames: vec![None, None], clock: Clock::Unknown });
         assert_eq!(associate(&[0], &[]).clock, Clock::Unknown);
     }
