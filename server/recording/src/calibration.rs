@@ -6,19 +6,19 @@
 //! `R_right^T (R_left x + [P_right[3] / P_right[0], 0, 0])`.
 
 use geometry::{CameraModel, Distortion, Eye, Pinhole, Pose, Rectification, StereoCalibration, StereoRig};
-use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::RecordingError;
+use crate::rotation::rotation_from_rows;
 
 /// Largest entry of `R - I` that still counts as no rotation: 1e-9 rad moves no pixel of any image.
 const ROTATION_TOLERANCE: f64 = 1e-9;
 /// Largest relative difference of focal lengths, and difference (px) of `cy`, between rectified cameras.
 const SAME_CAMERA_TOLERANCE: f64 = 1e-6;
-/// Largest departure of `R` from a rotation; seven printed digits give 1e-7.
-const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
 
 /// The calibration of a recording's images.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a session holds one; a box would cost it being plain data")]
 pub enum Calibration {
     /// The images are rectified.
     Rectified(StereoRig),
@@ -76,7 +76,7 @@ pub(crate) fn from_records(left: &CameraRecord, right: &CameraRecord) -> Result<
         right: model(right, Eye::Right)?,
         right_from_left: Pose::from_parts(
             Translation3::from(right_from_rectified * shift),
-            UnitQuaternion::from_rotation_matrix(&(right_from_rectified * rectified_from_left)),
+            right_from_rectified * rectified_from_left,
         ),
     }))
 }
@@ -179,17 +179,11 @@ pub(crate) fn distortion(model: &str, d: &[f64]) -> Result<Distortion, (String, 
     }
 }
 
-fn rotation(r: &[f64; 9]) -> Result<Rotation3<f64>, String> {
+fn rotation(r: &[f64; 9]) -> Result<UnitQuaternion<f64>, String> {
     if is_unset(r) {
-        return Ok(Rotation3::identity());
+        return Ok(UnitQuaternion::identity());
     }
-    let matrix = Matrix3::from_row_slice(r);
-    let off = (matrix * matrix.transpose() - Matrix3::identity()).amax();
-    // Written so that a NaN is refused too.
-    if !(off <= ORTHONORMAL_TOLERANCE && matrix.determinant() > 0.0) {
-        return Err(format!("{r:?} is no rotation"));
-    }
-    Ok(Rotation3::from_matrix(&matrix))
+    rotation_from_rows(r).ok_or_else(|| format!("{r:?} is no rotation"))
 }
 
 fn record(
@@ -216,5 +210,59 @@ fn record(
         k: [raw.fx_px, 0.0, raw.cx_px, 0.0, raw.fy_px, raw.cy_px, 0.0, 0.0, 1.0],
         r: std::array::from_fn(|i| r.as_slice()[i]),
         p: [fx_px, 0.0, cx_px, shift, 0.0, fy_px, cy_px, 0.0, 0.0, 0.0, 1.0, 0.0],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rectified_records() -> [CameraRecord; 2] {
+        let left =
+            Pinhole { width_px: 640, height_px: 480, fx_px: 520.0, fy_px: 521.0, cx_px: 320.0, cy_px: 240.0 };
+        to_records(&Calibration::Rectified(StereoRig { left, baseline_m: 0.005, right_cx_px: 318.0 }))
+            .unwrap()
+    }
+
+    fn refused(change: impl Fn(&mut CameraRecord)) -> FieldProblem {
+        let [left, mut right] = rectified_records();
+        change(&mut right);
+        from_records(&left, &right).unwrap_err()
+    }
+
+    #[test]
+    fn a_rotation_left_out_or_zero_means_rectified() {
+        let [mut left, right] = rectified_records();
+        left.r = [0.0; 9];
+        left.d = vec![0.0; 5];
+        assert!(matches!(from_records(&left, &right), Ok(Calibration::Rectified(_))));
+    }
+
+    #[test]
+    fn a_rectified_pair_that_does_not_agree_names_the_field() {
+        assert_eq!(refused(|right| right.p[0] = 519.0).field, "P[0] (fx)");
+        assert_eq!(refused(|right| right.p[6] = f64::NAN).field, "P[6] (cy)");
+        assert_eq!(refused(|right| right.p[3] = 0.0).field, "P[3]");
+        assert_eq!(refused(|right| right.width = 320).field, "width");
+    }
+
+    #[test]
+    fn a_lens_that_is_not_read_names_the_field() {
+        let lens = |model: &str, count| {
+            let model = model.to_owned();
+            refused(move |right| (right.distortion_model, right.d) = (model.clone(), vec![0.1; count]))
+        };
+        assert_eq!(lens("equidistant", 4).field, "distortion_model");
+        assert_eq!(lens("plumb_bob", 8).field, "D");
+        assert_eq!(lens("rational_polynomial", 5).field, "D");
+        assert_eq!(refused(|right| right.r = [1.0; 9]).field, "R");
+    }
+
+    #[test]
+    fn swapped_eyes_show_as_a_negative_baseline() {
+        let [left, mut right] = rectified_records();
+        right.p[3] = -right.p[3];
+        let Ok(Calibration::Rectified(rig)) = from_records(&left, &right) else { panic!("not rectified") };
+        assert!((rig.baseline_m + 0.005).abs() < 1e-15);
     }
 }

@@ -12,6 +12,7 @@ pub mod import;
 mod pairing;
 mod reader;
 mod rig_file;
+mod rotation;
 mod schema;
 mod source;
 mod truth;

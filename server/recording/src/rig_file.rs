@@ -3,15 +3,14 @@
 use std::path::Path;
 
 use geometry::{CameraModel, Pinhole, Pose, StereoCalibration, StereoRig};
-use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use nalgebra::Translation3;
 use serde::Deserialize;
 
 use crate::calibration::distortion;
+use crate::rotation::rotation_from_rows;
 use crate::{Calibration, RecordingError};
 
 const M_PER_MM: f64 = 1e-3;
-/// Largest departure of a written rotation from a rotation; seven printed digits give 1e-7.
-const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
 
 /// A stereo rig and what a data set of it leaves unsaid.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,17 +104,10 @@ fn rectified(table: &RectifiedTable) -> StereoRig {
 }
 
 fn raw(table: &RawTable) -> Result<StereoCalibration, String> {
-    let rotation = Matrix3::from_row_slice(&table.right_from_left_rotation);
-    let off = (rotation * rotation.transpose() - Matrix3::identity()).amax();
-    // Written so that a NaN is refused too.
-    if !(off <= ORTHONORMAL_TOLERANCE && rotation.determinant() > 0.0) {
-        return Err(format!(
-            "raw.right_from_left_rotation = {:?} is no rotation",
-            table.right_from_left_rotation
-        ));
-    }
+    let rotation = rotation_from_rows(&table.right_from_left_rotation).ok_or_else(|| {
+        format!("raw.right_from_left_rotation = {:?} is no rotation", table.right_from_left_rotation)
+    })?;
     let [x, y, z] = table.right_from_left_translation_mm.map(|mm| mm * M_PER_MM);
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&rotation));
     Ok(StereoCalibration {
         left: camera("raw.left", &table.left)?,
         right: camera("raw.right", &table.right)?,

@@ -168,7 +168,7 @@ impl RecordingWriter {
             timestamp: timestamp(stamp_ns),
             frame_id: WORLD.into(),
             count: surfels.len() as u32,
-            surfels: surfels.iter().flat_map(PlySurfel::to_le_bytes).collect(),
+            surfels: surfels.iter().copied().flat_map(PlySurfel::to_le_bytes).collect(),
         };
         self.write(&topic, stamp_ns, &message)
     }

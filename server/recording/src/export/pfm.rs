@@ -45,7 +45,7 @@ fn parse(bytes: &[u8]) -> Result<Raster<f32>, String> {
     let scale = token(&mut rest)?;
     let scale: f64 = scale.parse().map_err(|_| format!("PFM scale {scale:?}"))?;
     let row_bytes = u64::from(width) * 4;
-    if rest.len() as u64 != row_bytes * u64::from(height) {
+    if row_bytes.checked_mul(u64::from(height)) != Some(rest.len() as u64) {
         return Err(format!("PFM of {width}x{height} has {} bytes of pixels", rest.len()));
     }
     let value = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };

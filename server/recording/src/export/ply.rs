@@ -35,7 +35,7 @@ impl PlySurfel {
     pub(crate) const BYTES: usize = 35;
 
     /// The surfel as both hold it.
-    pub(crate) fn to_le_bytes(&self) -> [u8; Self::BYTES] {
+    pub(crate) fn to_le_bytes(self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
         let [x, y, z] = self.position;
         let [nx, ny, nz] = self.normal;

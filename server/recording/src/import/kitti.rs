@@ -1,70 +1,54 @@
 //! KITTI odometry: `calib.txt` with the projections of the rectified cameras, `poses.txt` with one 3x4
 //! `world_from_camera` a line, images named by their index.
 //!
-//! Also read are the benchmark's own names: `image_0` and `image_1` or `image_2` and `image_3`, `calib.txt` with
-//! `P0:` to `P3:`, and `times.txt` in seconds.
+//! Also read are the benchmark's own names for its grey cameras: `image_0` and `image_1`, `calib.txt` with `P0:`
+//! and `P1:` first, and `times.txt` in seconds.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use geometry::{Pinhole, Pose, StereoRig};
-use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use super::{Plan, PlannedFrame, files};
 use crate::encoded_image::size_px;
+use crate::rotation::pose_from_rows;
 use crate::{Calibration, EncodedImage, RecordingError, RigFile};
 
 /// Rate of the recording cameras where there is no `times.txt`.
 const FRAME_RATE_HZ: f64 = 10.0;
-const FOLDERS: [(&str, &str, [usize; 2]); 3] =
-    [("image_l", "image_r", [0, 1]), ("image_2", "image_3", [2, 3]), ("image_0", "image_1", [0, 1])];
+const FOLDERS: [(&str, &str); 2] = [("image_l", "image_r"), ("image_0", "image_1")];
 /// Digits of an exponent, after its sign.
 const EXPONENT_DIGITS: usize = 2;
 
 pub(super) fn plan(source: &Path, rig: Option<RigFile>) -> Result<Plan, RecordingError> {
-    let (left, right, cameras) = FOLDERS
-        .into_iter()
-        .find(|(left, ..)| source.join(left).is_dir())
-        .ok_or_else(|| RecordingError::input(source, "no image_l, image_2 or image_0 folder"))?;
+    let folders = FOLDERS.into_iter().find(|(left, _)| source.join(left).is_dir());
+    let (left, right) =
+        folders.ok_or_else(|| RecordingError::input(source, "no image_l or image_0 folder"))?;
     let (left, right) = (source.join(left), source.join(right));
     let pairs = files::pairs(&left, files::numbered_images(&left)?, &right, files::numbered_images(&right)?)?;
-    let calibration = match rig {
-        Some(rig) => rig.calibration,
-        None => {
-            let first = &pairs.first().ok_or_else(|| RecordingError::input(&left, "no images"))?.1;
-            Calibration::Rectified(read_rig(&source.join("calib.txt"), cameras, first)?)
-        }
+    let calibration = match (rig, pairs.first()) {
+        (Some(rig), _) => rig.calibration,
+        (None, Some((_, first, _))) => Calibration::Rectified(read_rig(&source.join("calib.txt"), first)?),
+        (None, None) => return Err(RecordingError::input(&left, "no images")),
     };
-    let poses = rows_of::<12>(&source.join("poses.txt"))?;
-    let times = rows_of::<1>(&source.join("times.txt"))?;
+    let (poses, times) = (Table::<12>::read(source, "poses.txt")?, Table::<1>::read(source, "times.txt")?);
     let frames = pairs.into_iter().map(|(number, left, right)| {
-        let index = number as usize;
         let stamp_ns = match &times {
-            Some(times) => {
-                (times.get(index).ok_or_else(|| short(source, "times.txt", &left))?[0] * 1e9).round() as u64
-            }
+            Some(times) => times.stamp_ns(number)?,
             None => files::stamp_ns(number, FRAME_RATE_HZ),
         };
-        let row =
-            poses.as_ref().map(|poses| poses.get(index).ok_or_else(|| short(source, "poses.txt", &left)));
-        let world_from_camera = row.transpose()?.map(pose);
+        let world_from_camera = poses.as_ref().map(|poses| poses.pose(number)).transpose()?;
         Ok(PlannedFrame { world_from_camera, ..PlannedFrame::of_images(stamp_ns, left, right) })
     });
     Ok(Plan { calibration, frames: frames.collect::<Result<_, RecordingError>>()? })
 }
 
-fn short(source: &Path, file: &str, image: &Path) -> RecordingError {
-    RecordingError::input(&source.join(file), format!("it has no line for {}", image.display()))
-}
-
-fn read_rig(path: &Path, cameras: [usize; 2], first_image: &Path) -> Result<StereoRig, RecordingError> {
+fn read_rig(path: &Path, first_image: &Path) -> Result<StereoRig, RecordingError> {
     let numbers = numbers(&files::text(path)?).map_err(|problem| RecordingError::input(path, problem))?;
     let (projections, rest) = numbers.as_chunks::<12>();
-    let needed = cameras[1] + 1;
-    if !rest.is_empty() || projections.len() < needed {
-        let problem = format!("{} numbers, not {needed} projections of 12", numbers.len());
+    let ([left, right, ..], []) = (projections, rest) else {
+        let problem = format!("{} numbers, not 12 for each of two cameras or more", numbers.len());
         return Err(RecordingError::input(path, problem));
-    }
-    let (left, right) = (&projections[cameras[0]], &projections[cameras[1]]);
+    };
     let format = files::image_format(first_image)
         .ok_or_else(|| RecordingError::input(first_image, "neither JPEG nor PNG"))?;
     let bytes = std::fs::read(first_image).map_err(RecordingError::io(first_image))?;
@@ -94,32 +78,58 @@ fn numbers(text: &str) -> Result<Vec<f64>, String> {
     Ok(values)
 }
 
-/// The lines of `N` numbers of a file; `None` without the file.
-fn rows_of<const N: usize>(path: &Path) -> Result<Option<Vec<[f64; N]>>, RecordingError> {
-    if !path.exists() {
-        return Ok(None);
-    }
-    let text = files::text(path)?;
-    let row = |(index, line): (usize, &str)| {
-        let refused = |problem| RecordingError::input(path, format!("line {}: {problem}", index + 1));
-        let numbers = numbers(line).map_err(refused)?;
-        <[f64; N]>::try_from(numbers.as_slice()).map_err(|_| {
-            RecordingError::input(path, format!("line {}: {} numbers, not {N}", index + 1, numbers.len()))
-        })
-    };
-    text.lines()
-        .enumerate()
-        .filter(|(_, line)| !line.trim().is_empty())
-        .map(row)
-        .collect::<Result<_, _>>()
-        .map(Some)
+/// A file with `N` numbers a line, one line for each image.
+struct Table<const N: usize> {
+    path: PathBuf,
+    rows: Vec<[f64; N]>,
 }
 
-/// A 3x4 matrix, row by row; its seven printed digits are made a rotation again.
-fn pose(m: &[f64; 12]) -> Pose {
-    let rotation =
-        Rotation3::from_matrix(&Matrix3::new(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]));
-    Pose::from_parts(Translation3::new(m[3], m[7], m[11]), UnitQuaternion::from_rotation_matrix(&rotation))
+impl<const N: usize> Table<N> {
+    /// `None` without the file.
+    fn read(folder: &Path, name: &str) -> Result<Option<Self>, RecordingError> {
+        let path = folder.join(name);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let mut table = Self { path, rows: Vec::new() };
+        for line in files::text(&table.path)?.lines() {
+            let index = table.rows.len() as u64;
+            let numbers = numbers(line).map_err(|problem| table.refused(index, &problem))?;
+            let row = <[f64; N]>::try_from(numbers.as_slice());
+            table
+                .rows
+                .push(row.map_err(|_| table.refused(index, &format!("{} numbers, not {N}", numbers.len())))?);
+        }
+        Ok(Some(table))
+    }
+
+    fn row(&self, image: u64) -> Result<&[f64; N], RecordingError> {
+        let row = usize::try_from(image).ok().and_then(|image| self.rows.get(image));
+        row.ok_or_else(|| RecordingError::input(&self.path, format!("it has no line for image {image}")))
+    }
+
+    fn refused(&self, image: u64, problem: &str) -> RecordingError {
+        RecordingError::input(&self.path, format!("line {}: {problem}", image + 1))
+    }
+}
+
+impl Table<1> {
+    fn stamp_ns(&self, image: u64) -> Result<u64, RecordingError> {
+        let [seconds] = *self.row(image)?;
+        // Written so that a NaN is refused too.
+        if !(0.0..1e10).contains(&seconds) {
+            return Err(self.refused(image, &format!("{seconds} is no time in seconds")));
+        }
+        Ok((seconds * 1e9).round() as u64)
+    }
+}
+
+impl Table<12> {
+    /// A 3x4 matrix, row by row.
+    fn pose(&self, image: u64) -> Result<Pose, RecordingError> {
+        let row = self.row(image)?;
+        pose_from_rows(row).ok_or_else(|| self.refused(image, &format!("{row:?} is no rigid motion")))
+    }
 }
 
 #[cfg(test)]

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use geometry::{CameraModel, Pinhole, Pose};
-use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
 use yaml_rust2::{Yaml, YamlLoader};
 
 use super::files;
 use crate::RecordingError;
 use crate::calibration::distortion;
+use crate::rotation::pose_from_rows;
 
 /// One camera of a sensor rig.
 pub(super) struct SensorFile {
@@ -36,10 +36,10 @@ fn parse(text: &str) -> Result<SensorFile, String> {
     let pinhole = Pinhole { width_px: width as u32, height_px: height as u32, fx_px, fy_px, cx_px, cy_px };
     let distortion = distortion(model, &coefficients)
         .map_err(|(_, problem)| format!("distortion_model, distortion_coefficients: {problem}"))?;
-    Ok(SensorFile {
-        camera: CameraModel { pinhole, distortion },
-        body_from_camera: rigid(&numbers(&file["T_BS"], "data")?),
-    })
+    let [rows @ .., _, _, _, _] = numbers::<16>(&file["T_BS"], "data")?;
+    let body_from_camera =
+        pose_from_rows(&rows).ok_or_else(|| format!("T_BS = {rows:?} is no rigid motion"))?;
+    Ok(SensorFile { camera: CameraModel { pinhole, distortion }, body_from_camera })
 }
 
 fn sequence(table: &Yaml, key: &str) -> Result<Vec<f64>, String> {
@@ -52,11 +52,4 @@ fn numbers<const N: usize>(table: &Yaml, key: &str) -> Result<[f64; N], String> 
     let values = sequence(table, key)?;
     <[f64; N]>::try_from(values.as_slice())
         .map_err(|_| format!("{key} has {} numbers, not {N}", values.len()))
-}
-
-/// A 4x4 matrix, row by row; its printed digits are made a rotation again.
-fn rigid(m: &[f64; 16]) -> Pose {
-    let rotation =
-        Rotation3::from_matrix(&Matrix3::new(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]));
-    Pose::from_parts(Translation3::new(m[3], m[7], m[11]), UnitQuaternion::from_rotation_matrix(&rotation))
 }

@@ -114,3 +114,62 @@ impl<'a> CdrReader<'a> {
         Ok(taken)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::ros2;
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_length_beyond_the_message_is_refused_before_allocation() {
+        for length in [9_u32, 1 << 20, u32::MAX] {
+            let message = [&[0, 1, 0, 0], length.to_le_bytes().as_slice(), &[0; 8]].concat();
+            let refused = |problem: Malformed| assert!(problem.problem.contains(&format!("length {length}")));
+            refused(CdrReader::new(&message).unwrap().bytes("data").unwrap_err());
+            refused(CdrReader::new(&message).unwrap().string("encoding").unwrap_err());
+            refused(CdrReader::new(&message).unwrap().f64_sequence("d").unwrap_err());
+        }
+    }
+
+    #[test]
+    fn values_are_aligned_from_the_end_of_the_encapsulation() {
+        let mut message = vec![0, 0, 0, 0, 7, 99, 99, 99, 0, 0, 0, 5];
+        message.extend(1.5_f64.to_be_bytes());
+        let mut reader = CdrReader::new(&message).unwrap();
+        assert_eq!((reader.u8("a"), reader.u32("b"), reader.f64("c")), (Ok(7), Ok(5), Ok(1.5)));
+        assert!(reader.u8("d").unwrap_err().problem.contains("1 bytes early"));
+    }
+
+    #[test]
+    fn other_encapsulations_are_named() {
+        let problem = CdrReader::new(&[0, 7, 0, 0]).err().unwrap().problem;
+        assert!(problem.contains("0007"), "{problem}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_a_message_or_an_error(mut bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            // Most random bytes would fail at the encapsulation.
+            if let Some(kind) = bytes.first_chunk_mut::<2>() {
+                *kind = [0, kind[1] & 1];
+            }
+            let _ = (ros2::image(&bytes), ros2::compressed_image(&bytes), ros2::camera_info(&bytes));
+        }
+
+        #[test]
+        fn strings_and_sequences_never_read_past_the_message(
+            lengths in prop::collection::vec(any::<u32>(), 1..6), tail in prop::collection::vec(any::<u8>(), 0..64),
+        ) {
+            let mut bytes = vec![0, 1, 0, 0];
+            bytes.extend(lengths.iter().flat_map(|length| (length % 100).to_le_bytes()));
+            bytes.extend(tail);
+            let mut reader = CdrReader::new(&bytes).unwrap();
+            let mut total = 4;
+            while let Ok(octets) = reader.bytes("data") {
+                total += 4 + octets.len();
+            }
+            prop_assert!(total <= bytes.len());
+        }
+    }
+}
