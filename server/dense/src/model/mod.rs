@@ -20,7 +20,8 @@ use crate::render::{self, Rendering};
 use crate::statistics::Statistics;
 use crate::store::{Surfel, SurfelStore};
 use crate::{
-    DenseError, Observation, View, change_set, compaction, disparity, fusion, index_map, preprocess, statistics,
+    DenseError, Observation, View, change_set, compaction, disparity, fusion, index_map, preprocess,
+    statistics,
 };
 
 /// Largest half width of a disc in the index map, pixels.
@@ -42,7 +43,7 @@ pub fn kernels() -> Vec<KernelDeclaration> {
     ];
     let mut all = folders.concat();
     all.extend(disparity::kernels());
-    all.extend(preprocess::KERNELS);
+    all.extend(preprocess::kernels());
     all
 }
 
@@ -258,4 +259,14 @@ fn clear_held(gpu: &Gpu, timer: &StageTimer, store: &SurfelStore) -> Result<(), 
     store.clear_held(&mut frame);
     frame.submit().collect()?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_kernel_matches_its_declaration() {
+        for declaration in super::kernels() {
+            declaration.reflect().unwrap();
+        }
+    }
 }
