@@ -44,7 +44,7 @@ fn assert_agrees(path: &str, ours: &Value, golden: &Value) -> usize {
             .sum(),
         Value::Number(number) => {
             let golden = number.as_f64().expect("a number");
-            let ours = ours.as_f64().unwrap_or_else(|| panic!("{path}: {ours} for {golden}"));
+            let ours = ours.as_f64().unwrap_or(f64::NAN);
             let off = (ours - golden).abs();
             assert!(off <= RELATIVE_TOLERANCE * golden.abs() + 1e-12, "{path}: {ours} for {golden}");
             1
