@@ -13,7 +13,7 @@ const DEFAULTS: &str = include_str!("../../config/server.toml");
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// Limits that a calibration must keep to.
-    pub rig: geometry::validate::RigLimits,
+    pub rig: geometry::RigLimits,
     /// Which pictures are fused.
     pub quality: crate::session::quality::QualityConfig,
     /// The GPU.
@@ -27,13 +27,15 @@ pub struct Config {
     /// Topics of recordings.
     pub recording: recording::RecordingConfig,
     /// Defaults of simulated scenes.
-    pub simulate: simulator::SimulateConfig,
+    pub simulate: simulator::SceneConfig,
     /// The HTTP server.
     pub server: crate::http::ServerConfig,
     /// Session life times and limits.
     pub session: crate::session::SessionConfig,
     /// The zenoh peer.
     pub zenoh: crate::ingest::ZenohConfig,
+    /// How carts deal with a server that is away.
+    pub cart: mis_slam_cart::ConnectionConfig,
     /// What viewers get.
     pub publish: crate::publish::PublishConfig,
 }
@@ -66,11 +68,19 @@ impl Config {
             layers = layers.add_source(File::from(path).format(FileFormat::Toml));
         }
         for text in overrides {
-            let (key, value) = text.split_once('=').ok_or_else(|| ConfigError::Override(text.clone()))?;
-            layers = layers.set_override(key.trim(), value.trim()).map_err(failed)?;
+            layers = layers.add_source(File::from_str(&override_as_toml(text)?, FileFormat::Toml));
         }
         layers.build().and_then(Layers::try_deserialize).map_err(failed)
     }
+}
+
+/// `section.key=value` as a line of TOML; what is no TOML value is taken as a text.
+fn override_as_toml(text: &str) -> Result<String, ConfigError> {
+    let (key, value) = text.split_once('=').ok_or_else(|| ConfigError::Override(text.into()))?;
+    let plain = format!("{key} = {value}");
+    let quoted = format!("{key} = {}", toml::Value::from(value.trim()));
+    let parses = |line: &String| line.parse::<toml::Table>().is_ok();
+    [plain, quoted].into_iter().find(parses).ok_or_else(|| ConfigError::Override(text.into()))
 }
 
 #[cfg(test)]
@@ -88,6 +98,15 @@ mod tests {
         std::fs::write(file.path(), "[quality]\ndark_level = 20\nsharpness_window = 9\n").unwrap();
         let config = Config::load(Some(file.path()), &["quality.dark_level=30".into()]).unwrap();
         assert_eq!((config.quality.dark_level, config.quality.sharpness_window), (30, 9));
+    }
+
+    #[test]
+    fn lists_and_texts_can_be_overridden() {
+        let config =
+            Config::load(None, &["zenoh.listen=[\"tcp/[::1]:0\"]".into(), "gpu.adapter=llvmpipe".into()]);
+        let config = config.unwrap();
+        assert_eq!(config.zenoh.listen, ["tcp/[::1]:0"]);
+        assert_eq!(config.gpu.adapter, "llvmpipe");
     }
 
     #[test]

@@ -63,7 +63,10 @@ fn camera_from_wire(field: &str, camera: Option<&v1::DistortedCamera>) -> Result
         [k1, k2, p1, p2, k3] => Distortion::RadialTangential([k1, k2, p1, p2, k3]),
         [k1, k2, p1, p2, k3, k4, k5, k6] => Distortion::Rational([k1, k2, p1, p2, k3, k4, k5, k6]),
         ref other => {
-            return Err(invalid(&format!("{field}.distortion has {} values; 0, 5 or 8 are read", other.len())));
+            return Err(invalid(&format!(
+                "{field}.distortion has {} values; 0, 5 or 8 are read",
+                other.len()
+            )));
         }
     };
     Ok(CameraModel { pinhole, distortion })
@@ -91,6 +94,12 @@ fn pose_from_wire(wire: &v1::RigidTransform) -> Option<Pose> {
 pub fn pose_to_wire(pose: &Pose) -> v1::RigidTransform {
     let (t, q) = (&pose.translation, &pose.rotation);
     v1::RigidTransform { tx_m: t.x, ty_m: t.y, tz_m: t.z, qx: q.i, qy: q.j, qz: q.k, qw: q.w }
+}
+
+/// A camera on the wire.
+pub fn camera_to_wire(camera: &Pinhole) -> v1::Camera {
+    let &Pinhole { width_px, height_px, fx_px, fy_px, cx_px, cy_px } = camera;
+    v1::Camera { width_px, height_px, fx_px, fy_px, cx_px, cy_px }
 }
 
 /// An outcome on the wire.

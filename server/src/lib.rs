@@ -5,6 +5,13 @@
 
 pub mod cli;
 pub mod config;
+pub mod convert;
+pub mod http;
+pub mod ingest;
+pub mod overview;
+pub mod publish;
 pub mod replay;
+pub mod service;
 pub mod session;
+pub mod simulated;
 pub mod telemetry;

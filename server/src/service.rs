@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use serde::Deserialize;
 use tokio::task::JoinHandle;
 use tokio::time::MissedTickBehavior;
 
@@ -18,7 +19,7 @@ use crate::session::engine::Engine;
 use crate::session::registry::{Registry, RegistryConfig};
 
 /// The sections of the configuration that concern the network.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct ServiceConfig {
     /// HTTP.
     pub server: ServerConfig,
@@ -140,7 +141,11 @@ impl Service {
     }
 }
 
-fn serve_zenoh(zenoh: &zenoh::Session, registry: &Arc<Registry>, message_max_bytes: usize) -> [JoinHandle<()>; 2] {
+fn serve_zenoh(
+    zenoh: &zenoh::Session,
+    registry: &Arc<Registry>,
+    message_max_bytes: usize,
+) -> [JoinHandle<()>; 2] {
     let (session, sessions) = (zenoh.clone(), Arc::clone(registry));
     let carts = tokio::spawn(async move {
         if let Err(error) = ingest::zenoh::serve(session, sessions, message_max_bytes).await {

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use recording::RecordingReader;
 
 use super::{Failure, Outcome};
+use crate::config::Config;
 
 /// Score what `replay` wrote against the truth in a recording.
 #[derive(Debug, Args)]
@@ -20,12 +22,14 @@ pub struct Eval {
 }
 
 impl Eval {
-    pub(super) fn run(&self) -> Outcome {
-        let scores = evaluation::evaluate(&self.directory, &self.truth).map_err(Failure::bad_input)?;
+    pub(super) fn run(&self, config: &Config) -> Outcome {
+        let truth = RecordingReader::open(&self.truth, &config.recording).map_err(Failure::bad_input)?;
+        let scores = evaluation::evaluate(&self.directory, &truth).map_err(Failure::bad_input)?;
         let text = serde_json::to_string_pretty(&scores).map_err(Failure::failed)?;
         println!("{text}");
         if let Some(file) = &self.json {
-            std::fs::write(file, text + "\n").map_err(|e| Failure::failed(format!("{}: {e}", file.display())))?;
+            std::fs::write(file, text + "\n")
+                .map_err(|e| Failure::failed(format!("{}: {e}", file.display())))?;
         }
         Ok(())
     }

@@ -84,16 +84,18 @@ pub type Outcome = Result<(), Failure>;
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
     crate::telemetry::start(matches!(cli.verb, Verb::Serve(_)));
-    let outcome = Config::load(cli.config.as_deref(), &cli.overrides).map_err(Failure::from).and_then(|config| match cli.verb {
-        Verb::Serve(verb) => verb.run(config),
-        Verb::Demo(verb) => verb.run(config),
-        Verb::Replay(verb) => verb.run(&config),
-        Verb::Import(verb) => verb.run(&config),
-        Verb::Simulate(verb) => verb.run(&config),
-        Verb::Disparity(verb) => verb.run(&config),
-        Verb::Eval(verb) => verb.run(),
-        Verb::Doctor(verb) => verb.run(&config),
-    });
+    let outcome = Config::load(cli.config.as_deref(), &cli.overrides).map_err(Failure::from).and_then(
+        |config| match cli.verb {
+            Verb::Serve(verb) => verb.run(&config),
+            Verb::Demo(verb) => verb.run(&config),
+            Verb::Replay(verb) => verb.run(&config),
+            Verb::Import(verb) => verb.run(&config),
+            Verb::Simulate(verb) => verb.run(&config),
+            Verb::Disparity(verb) => verb.run(&config),
+            Verb::Eval(verb) => verb.run(&config),
+            Verb::Doctor(verb) => verb.run(&config),
+        },
+    );
     let (status, message) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,
         Err(Failure::Failed(message)) => (1, message),

@@ -126,10 +126,7 @@ pub(super) async fn open(
     Ok((StatusCode::CREATED, Json(state)).into_response())
 }
 
-pub(super) async fn close(
-    State(app): State<App>,
-    Path(id): Path<String>,
-) -> Result<StatusCode, Rejection> {
+pub(super) async fn close(State(app): State<App>, Path(id): Path<String>) -> Result<StatusCode, Rejection> {
     let session = app.registry.find(&id)?;
     let registry = Arc::clone(&app.registry);
     off_runtime(move || registry.close(&session, "closed by request")).await?;

@@ -17,7 +17,7 @@ use tokio::sync::mpsc;
 use crate::session::registry::Registry;
 
 mod api;
-mod page;
+pub mod page;
 mod security;
 pub mod socket;
 mod upgrade;

@@ -10,7 +10,13 @@ use rust_embed::RustEmbed;
 struct Page;
 
 const INDEX: &str = "index.html";
-const NOT_BUILT: &str = "The page was not built when this server was. Run config/setup.sh, then build the server again.\n";
+const NOT_BUILT: &str =
+    "The page was not built when this server was. Run config/setup.sh, then build the server again.\n";
+
+/// Whether there is a page in this program.
+pub fn is_built() -> bool {
+    Page::get(INDEX).is_some()
+}
 
 pub(super) async fn serve(uri: Uri) -> Response {
     let path = uri.path().trim_start_matches('/');
@@ -20,7 +26,7 @@ pub(super) async fn serve(uri: Uri) -> Response {
             let kind = mime_guess::from_path(path).first_or_octet_stream();
             ([(header::CONTENT_TYPE, kind.to_string())], file.data).into_response()
         }
-        None if Page::get(INDEX).is_none() => (StatusCode::NOT_FOUND, NOT_BUILT).into_response(),
+        None if !is_built() => (StatusCode::NOT_FOUND, NOT_BUILT).into_response(),
         None => (StatusCode::NOT_FOUND, "not found\n").into_response(),
     }
 }

@@ -3,9 +3,7 @@
 use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, WebSocket};
-use protocol::limits::{
-    CLOSE_GOING_AWAY, CLOSE_MALFORMED, CLOSE_OVERSIZED, CLOSE_REFUSED, HELLO_TIMEOUT_MS,
-};
+use protocol::limits::{CLOSE_GOING_AWAY, CLOSE_MALFORMED, CLOSE_OVERSIZED, CLOSE_REFUSED, HELLO_TIMEOUT_MS};
 use protocol::v1::{Farewell, Hello, Reason, from_server, to_server};
 use protocol::{Bytes, SessionId};
 use tokio::sync::watch;
@@ -57,11 +55,14 @@ impl Peer {
         let refused = |reason, text: String| Ending::Refused(Rejection::new(reason, text));
         let hello = match first {
             Ok(Ok(Some(to_server::Body::Hello(hello)))) => hello,
-            Ok(Ok(_)) => return Err(refused(Reason::MalformedMessage, "the first message must be a hello".into())),
+            Ok(Ok(_)) => {
+                return Err(refused(Reason::MalformedMessage, "the first message must be a hello".into()));
+            }
             Ok(Err(ending)) => return Err(ending),
             Err(_) => return Err(refused(Reason::MalformedMessage, "no hello came in time".into())),
         };
-        self.send(protocol::from_server(from_server::Body::Hello(answer(&hello).map_err(Ending::Refused)?))).await
+        self.send(protocol::from_server(from_server::Body::Hello(answer(&hello).map_err(Ending::Refused)?)))
+            .await
     }
 
     /// The next message; its body is `None` where this version does not know it.

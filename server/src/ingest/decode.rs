@@ -67,7 +67,8 @@ fn image<T>(
     image: Option<EncodedImage>,
     decode: impl FnOnce(&recording::EncodedImage) -> Result<T, RecordingError>,
 ) -> Result<T, Rejection> {
-    let image = image.ok_or_else(|| Rejection::new(Reason::Unpaired, format!("the {eye} image is missing")))?;
+    let image =
+        image.ok_or_else(|| Rejection::new(Reason::Unpaired, format!("the {eye} image is missing")))?;
     let image = convert::image_from_wire(image)?;
     decode(&image).map_err(|error| {
         let reason = match error {

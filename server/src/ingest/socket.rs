@@ -90,7 +90,9 @@ async fn handle(
 ) -> Result<(), Ending> {
     let (sequence, outcome) = match body {
         Some(to_server::Body::Pair(pair)) => (Some(pair.sequence), feed.session.offer(&feed.source, pair)),
-        Some(to_server::Body::Calibration(calibration)) => (None, recalibrate(feed, registry, calibration).await),
+        Some(to_server::Body::Calibration(calibration)) => {
+            (None, recalibrate(feed, registry, calibration).await)
+        }
         Some(to_server::Body::Hello(_) | to_server::Body::Resync(_)) => {
             let text = "hello and resync may not come here";
             return Err(Ending::Refused(Rejection::new(Reason::MalformedMessage, text)));
@@ -106,7 +108,11 @@ async fn handle(
 }
 
 /// Building a reconstruction blocks, so it happens off the async runtime.
-async fn recalibrate(feed: &Feed, registry: &Arc<Registry>, calibration: Calibration) -> Result<(), Rejection> {
+async fn recalibrate(
+    feed: &Feed,
+    registry: &Arc<Registry>,
+    calibration: Calibration,
+) -> Result<(), Rejection> {
     let (session, registry) = (Arc::clone(&feed.session), Arc::clone(registry));
     tokio::task::spawn_blocking(move || registry.recalibrate(&session, &calibration))
         .await

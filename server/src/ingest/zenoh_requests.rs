@@ -97,7 +97,8 @@ impl Requests {
                 reply(&query, self.greet(&payload).map(|hello| vec![hello])).await
             }
             Request::Snapshot(query) => {
-                let session = session_of(query.key_expr().as_str()).and_then(|id| self.registry.find(id.as_str()));
+                let session =
+                    session_of(query.key_expr().as_str()).and_then(|id| self.registry.find(id.as_str()));
                 reply(&query, session.map(|session| session.hub().model.snapshot())).await
             }
             Request::Refusal { key, refusal } => self.refuse(key, refusal).await,

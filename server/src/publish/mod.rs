@@ -68,7 +68,8 @@ mod tests {
         let start = Instant::now();
         let mut throttle = Throttle::new(10.0);
         let at = |ms| start + Duration::from_millis(ms);
-        let admitted: Vec<_> = [0, 50, 100, 199, 200].into_iter().filter(|&ms| throttle.admits(at(ms))).collect();
+        let admitted: Vec<_> =
+            [0, 50, 100, 199, 200].into_iter().filter(|&ms| throttle.admits(at(ms))).collect();
         assert_eq!(admitted, [0, 100, 200]);
     }
 

@@ -258,7 +258,8 @@ impl Drop for ModelSubscription {
 /// any more, is then neither forgotten nor left behind.
 fn reconcile(held: &PackedModel, update: &ModelUpdate) -> Result<(ModelEpoch, usize), ProtocolError> {
     let packable = |surfel: &WireSurfel| SurfelRecord::pack(surfel).is_ok();
-    let (packable, unpackable): (Vec<WireSurfel>, Vec<WireSurfel>) = update.changed.iter().copied().partition(packable);
+    let (packable, unpackable): (Vec<WireSurfel>, Vec<WireSurfel>) =
+        update.changed.iter().copied().partition(packable);
     let (updated, added): (Vec<_>, Vec<_>) = packable.into_iter().partition(|surfel| held.holds(surfel.id));
     let is_changed = |id: u32| updated.binary_search_by_key(&id, |surfel| surfel.id).is_ok();
     let gone = update.removed.iter().copied().chain(unpackable.iter().map(|surfel| surfel.id));
@@ -372,7 +373,8 @@ mod tests {
     #[test]
     fn surfels_without_a_packed_form_are_left_out_until_they_have_one() {
         let lane = ModelLane::new(1 << 20);
-        let far = |x_m| ModelUpdate { stamp_ns: 1, changed: vec![surfel(1, 0.0), surfel(2, x_m)], removed: vec![] };
+        let far =
+            |x_m| ModelUpdate { stamp_ns: 1, changed: vec![surfel(1, 0.0), surfel(2, x_m)], removed: vec![] };
         let sent = lane.publish(&far(f32::NAN)).unwrap();
         assert_eq!((sent.surfels, sent.unpackable), (1, 1));
         assert_eq!(lane.publish(&far(0.5)).unwrap().surfels, 2);

@@ -3,32 +3,40 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use dense::{DenseConfig, DenseSlam};
+use dense::DenseSlam;
 use gpu::Gpu;
 use protocol::v1::Reason;
 use recording::Calibration;
-use tracking::TrackingConfig;
 
 use super::engine::{Engine, EngineError, RunningEngine};
 use super::hub::{Hub, PoseUpdate};
 use super::mailbox::{MailboxReceiver, Policy};
-use super::quality::QualityConfig;
-use super::worker::{self, FusedPair, Sink, SinkError, StereoPair, TrackedPair, Worker, WorkerError, WorkerSetup};
+use super::worker::{
+    self, FusedPair, Sink, SinkError, StageConfig, StereoPair, TrackedPair, Worker, WorkerError, WorkerSetup,
+};
+use crate::config::Config;
 use crate::convert;
 use crate::publish::{PublishConfig, Throttle};
 
 /// Tracker and dense model on one GPU that all sessions share.
 pub struct GpuEngine {
-    /// The device.
-    pub gpu: Arc<Gpu>,
-    /// Tracker options.
-    pub tracking: TrackingConfig,
-    /// Dense model options.
-    pub dense: DenseConfig,
-    /// Picture quality thresholds.
-    pub quality: QualityConfig,
-    /// How often model and preview are published.
-    pub publish: PublishConfig,
+    gpu: Arc<Gpu>,
+    stages: StageConfig,
+    publish: PublishConfig,
+    observer: Option<Arc<dyn Sink>>,
+}
+
+impl GpuEngine {
+    /// The configured reconstruction on an open device.
+    pub fn new(gpu: Arc<Gpu>, config: &Config) -> Self {
+        Self { gpu, stages: StageConfig::from(config), publish: config.publish.clone(), observer: None }
+    }
+
+    /// Results also go to `observer`, after they were published.
+    #[must_use]
+    pub fn observed_by(self, observer: Arc<dyn Sink>) -> Self {
+        Self { observer: Some(observer), ..self }
+    }
 }
 
 impl Engine for GpuEngine {
@@ -38,22 +46,18 @@ impl Engine for GpuEngine {
         pairs: MailboxReceiver<StereoPair>,
         hub: Arc<Hub>,
     ) -> Result<Box<dyn RunningEngine>, EngineError> {
-        let setup = WorkerSetup {
-            tracking: &self.tracking,
-            dense: &self.dense,
-            quality: &self.quality,
-            calibration,
-            policy: Policy::NewestWins,
-        };
+        let setup = WorkerSetup { stages: &self.stages, calibration, policy: Policy::NewestWins };
         let sink = LiveSink {
-            hub,
+            hub: Arc::clone(&hub),
             preview_jpeg_quality: self.publish.preview_jpeg_quality,
             preview: Mutex::new(Throttle::new(self.publish.preview_hz)),
             model: Mutex::new(Throttle::new(self.publish.model_hz)),
-            weight_max: self.dense.fusion.weight_max,
+            weight_max: self.stages.dense.fusion.weight_max as f32,
+            observer: self.observer.clone(),
         };
         let worker = worker::spawn(&setup, Arc::clone(&self.gpu), pairs, Arc::new(sink))
             .map_err(|error| EngineError(error.to_string()))?;
+        hub.set_camera(convert::camera_to_wire(&worker.rig().left));
         Ok(Box::new(worker))
     }
 }
@@ -71,6 +75,7 @@ struct LiveSink {
     preview: Mutex<Throttle>,
     model: Mutex<Throttle>,
     weight_max: f32,
+    observer: Option<Arc<dyn Sink>>,
 }
 
 fn admits(throttle: &Mutex<Throttle>) -> bool {
@@ -80,9 +85,16 @@ fn admits(throttle: &Mutex<Throttle>) -> bool {
 impl LiveSink {
     fn publish_preview(&self, pair: &TrackedPair) {
         match recording::encode_jpeg(&pair.left, self.preview_jpeg_quality) {
-            Ok(image) => self.hub.publish_preview(pair.stamp_ns, convert::jpeg_to_wire(image, pair.left.size())),
+            Ok(image) => {
+                self.hub.publish_preview(pair.stamp_ns, convert::jpeg_to_wire(image, pair.left.size()))
+            }
             Err(error) => tracing::warn!(session = %self.hub.id(), %error, "no preview"),
         }
+    }
+
+    fn publish_changes(&self, stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
+        let update = convert::model_update(stamp_ns, &model.take_changes()?, self.weight_max);
+        Ok(self.hub.publish_model(&update)?)
     }
 }
 
@@ -103,6 +115,9 @@ impl Sink for LiveSink {
         if admits(&self.preview) {
             self.publish_preview(pair);
         }
+        if let Some(observer) = &self.observer {
+            observer.tracked(pair);
+        }
     }
 
     fn fused(&self, pair: &FusedPair, model: &mut DenseSlam) -> Result<(), SinkError> {
@@ -110,14 +125,21 @@ impl Sink for LiveSink {
             self.hub.count_fused();
         }
         if admits(&self.model) {
-            let update = convert::model_update(pair.stamp_ns, &model.take_changes()?, self.weight_max);
-            self.hub.publish_model(&update)?;
+            self.publish_changes(pair.stamp_ns, model)?;
         }
-        Ok(())
+        self.observer.as_ref().map_or(Ok(()), |observer| observer.fused(pair, model))
+    }
+
+    fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
+        self.publish_changes(last_stamp_ns, model)?;
+        self.observer.as_ref().map_or(Ok(()), |observer| observer.finished(last_stamp_ns, model))
     }
 
     fn failed(&self, error: WorkerError) {
         tracing::error!(session = %self.hub.id(), %error, "the reconstruction failed");
         self.hub.fail(error.to_string());
+        if let Some(observer) = &self.observer {
+            observer.failed(error);
+        }
     }
 }

@@ -6,8 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use protocol::v1::{
-    EncodedImage, Pose, PreviewImage, Reason, RigidTransform, SessionState, SessionStatus, StereoPair,
-    TrackingOutcome, from_server,
+    Camera, EncodedImage, Pose, PreviewImage, Reason, RigidTransform, SessionState, SessionStatus,
+    StereoPair, TrackingOutcome, from_server,
 };
 use protocol::{Bytes, ProtocolError, SessionId};
 use tokio::sync::{broadcast, watch};
@@ -74,6 +74,8 @@ struct Facts {
     model_of: Option<Instant>,
     tracking: TrackingOutcome,
     picture: &'static str,
+    /// The rectified left camera.
+    camera: Option<Camera>,
 }
 
 impl Hub {
@@ -93,6 +95,7 @@ impl Hub {
             model_of: None,
             tracking: TrackingOutcome::Unspecified,
             picture: "",
+            camera: None,
         };
         let hub = Self {
             id,
@@ -218,6 +221,11 @@ impl Hub {
         Ok(())
     }
 
+    /// The reconstruction runs; poses and model refer to this left camera.
+    pub fn set_camera(&self, camera: Camera) {
+        self.facts().camera = Some(camera);
+    }
+
     /// The reconstruction cannot go on.
     pub fn fail(&self, text: String) {
         self.happen(Event::Failed(text));
@@ -299,6 +307,7 @@ impl Hub {
             surfels: surfels as u32,
             viewers: viewers as u32,
             picture: facts.picture.to_owned(),
+            camera: facts.camera,
         }
     }
 

@@ -106,7 +106,11 @@ impl Intake {
             std::cmp::Ordering::Equal => Err(Rejection::new(Reason::DuplicateStamp, text("repeats"))),
             std::cmp::Ordering::Greater if lead > allowed => Err(Rejection::new(
                 Reason::FutureStamp,
-                text(&format!("is {:.1} s ahead, of {:.1} s possible, of", lead.as_secs_f64(), allowed.as_secs_f64())),
+                text(&format!(
+                    "is {:.1} s ahead, of {:.1} s possible, of",
+                    lead.as_secs_f64(),
+                    allowed.as_secs_f64()
+                )),
             )),
             std::cmp::Ordering::Greater => Ok(()),
         }
@@ -191,7 +195,10 @@ mod tests {
     fn one_eye_is_not_enough() {
         let (mut intake, now) = (intake(), Instant::now());
         let rejection = intake.admit(&StereoPair { right: None, ..pair(1) }, now).unwrap_err();
-        assert_eq!((rejection.reason, rejection.text.as_str()), (Reason::Unpaired, "the right image is missing"));
+        assert_eq!(
+            (rejection.reason, rejection.text.as_str()),
+            (Reason::Unpaired, "the right image is missing")
+        );
         let empty = EncodedImage { data: Vec::new().into(), ..image(64, 48) };
         assert_eq!(reason(intake.admit(&StereoPair { left: Some(empty), ..pair(1) }, now)), Reason::Unpaired);
     }

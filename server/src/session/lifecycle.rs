@@ -176,9 +176,10 @@ impl Lifecycle {
             (Some(_), false) if self.unusable_at.is_empty() => {
                 (SessionStatus::Waiting, "the cart has sent no pair yet".into())
             }
-            (Some(_), _) if silence > self.config.source_silence() => {
-                (SessionStatus::SourceLost, format!("the cart is silent for over {} s", self.config.source_silence_s))
-            }
+            (Some(_), _) if silence > self.config.source_silence() => (
+                SessionStatus::SourceLost,
+                format!("the cart is silent for over {} s", self.config.source_silence_s),
+            ),
             (Some(_), _) => self.status_while_fed(now),
         }
     }

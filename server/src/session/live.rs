@@ -79,7 +79,10 @@ impl Session {
             }
             Offer::Closed => {
                 self.hub.count_drop(Reason::Internal);
-                Err(Rejection::new(Reason::Internal, "the reconstruction does not run; see the session's state"))
+                Err(Rejection::new(
+                    Reason::Internal,
+                    "the reconstruction does not run; see the session's state",
+                ))
             }
         }
     }
@@ -94,8 +97,9 @@ impl Session {
         let (encoded_in, encoded_out) = mailbox(Policy::NewestWins, 1);
         let (decoded_in, decoded_out) = mailbox(Policy::NewestWins, 1);
         let engine = self.engine.start(calibration, decoded_out, Arc::clone(&self.hub))?;
-        let decoder = decode::spawn(encoded_out, decoded_in, calibration.image_size_px(), Arc::clone(&self.hub))
-            .map_err(|error| EngineError(format!("cannot start the decoder thread: {error}")))?;
+        let decoder =
+            decode::spawn(encoded_out, decoded_in, calibration.image_size_px(), Arc::clone(&self.hub))
+                .map_err(|error| EngineError(format!("cannot start the decoder thread: {error}")))?;
         *pipeline = Some(Pipeline { calibration: *calibration, decoder, engine });
         *lock(&self.inlet) = Some(encoded_in);
         Ok(())

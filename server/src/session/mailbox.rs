@@ -144,7 +144,8 @@ mod tests {
     #[test]
     fn a_lossless_mailbox_delivers_everything_in_order_to_a_slow_receiver() {
         let (sender, receiver) = mailbox(Policy::Lossless, 2);
-        let producer = std::thread::spawn(move || (0..100).for_each(|n| assert_eq!(sender.offer(n), Offer::Queued)));
+        let producer =
+            std::thread::spawn(move || (0..100).for_each(|n| assert_eq!(sender.offer(n), Offer::Queued)));
         let received: Vec<i32> = std::iter::from_fn(|| receiver.take()).collect();
         producer.join().unwrap();
         assert_eq!(received, (0..100).collect::<Vec<_>>());

@@ -59,7 +59,11 @@ pub struct QualityGate {
 impl QualityGate {
     /// A gate that has seen nothing.
     pub fn new(config: &QualityConfig) -> Self {
-        Self { config: config.clone(), previous_hash: None, recent_sharpness: std::collections::VecDeque::new() }
+        Self {
+            config: config.clone(),
+            previous_hash: None,
+            recent_sharpness: std::collections::VecDeque::new(),
+        }
     }
 
     /// The verdict on the next picture.

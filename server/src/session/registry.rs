@@ -65,12 +65,17 @@ impl Registry {
     ///
     /// # Errors
     /// [`Rejection`]: draining, full, the id is taken, or the calibration cannot be used.
-    pub fn open(&self, wanted: Option<SessionId>, calibration: &Calibration) -> Result<Arc<Session>, Rejection> {
+    pub fn open(
+        &self,
+        wanted: Option<SessionId>,
+        calibration: &Calibration,
+    ) -> Result<Arc<Session>, Rejection> {
         let _one_at_a_time = self.opening.lock().unwrap_or_else(PoisonError::into_inner);
         let id = wanted.map_or_else(random_id, Ok)?;
         self.check_room(&id)?;
         let calibration = convert::calibration_from_wire(calibration, &self.config.rig)?;
-        let hub = Hub::new(id.clone(), calibration.image_size_px(), &self.config.session, &self.config.publish);
+        let hub =
+            Hub::new(id.clone(), calibration.image_size_px(), &self.config.session, &self.config.publish);
         let session = Session::start(hub, Arc::clone(&self.engine), &calibration)
             .map_err(|error| Rejection::new(Reason::InvalidCalibration, error.0))?;
         let session = Arc::new(session);

@@ -7,14 +7,16 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Instant;
 
+use dense::disparity::{DisparityConfig, DisparityRange};
 use dense::{DenseConfig, DenseError, DenseFrame, DenseSlam, StepReport};
-use geometry::{GeometryError, Gray, Mask, Pose, Rectification, Rgb, StereoRig};
+use geometry::{GeometryError, Mask, Pose, Rectification, Rgb, StereoRig};
 use gpu::Gpu;
 use recording::Calibration;
 use tracking::{StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
 
 use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, mailbox};
 use super::quality::{FrameQuality, QualityConfig, QualityGate};
+use crate::config::Config;
 
 /// A decoded stereo pair, as it came from the cameras (not yet rectified).
 #[derive(Clone, Debug)]
@@ -77,8 +79,13 @@ pub trait Sink: Send + Sync + 'static {
     /// # Errors
     /// A failed read-back ends the worker.
     fn fused(&self, pair: &FusedPair, model: &mut DenseSlam) -> Result<(), SinkError>;
+    /// All input has come out; the last look at the model.
+    ///
+    /// # Errors
+    /// A failed read-back is reported to [`Sink::failed`].
+    fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError>;
     /// The worker cannot go on.
-    fn failed(&self, error: &WorkerError);
+    fn failed(&self, error: WorkerError);
 }
 
 /// What a [`Sink`] may fail with.
@@ -114,15 +121,35 @@ pub enum WorkerError {
     },
 }
 
-/// What a worker is made from.
+/// The options of all stages.
 #[derive(Clone, Debug)]
+pub struct StageConfig {
+    /// Tracker.
+    pub tracking: TrackingConfig,
+    /// Stereo matching.
+    pub disparity: DisparityConfig,
+    /// Surfel model.
+    pub dense: DenseConfig,
+    /// Picture quality.
+    pub quality: QualityConfig,
+}
+
+impl From<&Config> for StageConfig {
+    fn from(config: &Config) -> Self {
+        Self {
+            tracking: config.tracking.clone(),
+            disparity: config.disparity.clone(),
+            dense: config.dense.clone(),
+            quality: config.quality.clone(),
+        }
+    }
+}
+
+/// What a worker is made from.
+#[derive(Clone, Copy, Debug)]
 pub struct WorkerSetup<'a> {
-    /// Tracker options.
-    pub tracking: &'a TrackingConfig,
-    /// Dense model options.
-    pub dense: &'a DenseConfig,
-    /// Picture quality thresholds.
-    pub quality: &'a QualityConfig,
+    /// Options.
+    pub stages: &'a StageConfig,
     /// The cameras.
     pub calibration: &'a Calibration,
     /// Live or replay.
@@ -163,13 +190,13 @@ pub fn spawn(
 ) -> Result<Worker, WorkerError> {
     let rectifier = Rectifier::new(setup.calibration)?;
     let rig = *rectifier.rig();
-    let tracker = Tracker::new(setup.tracking, &rig)?;
-    let model = DenseSlam::new(gpu, rig, setup.dense)?;
+    let tracker = Tracker::new(&setup.stages.tracking, &rig)?;
+    let dense = DenseEnd::new(gpu, rig, setup.stages)?;
     let (jobs_out, jobs_in) = mailbox(setup.policy, 1);
-    let front = FrontEnd { rectifier, tracker, quality: QualityGate::new(setup.quality), checked_eyes: false };
+    let front = FrontEnd { rectifier, tracker, quality: QualityGate::new(&setup.stages.quality) };
     let front_sink = Arc::clone(&sink);
     let tracking = thread("tracker", move || run_front_end(front, &input, &jobs_out, &*front_sink))?;
-    let dense = thread("dense", move || run_dense(model, &jobs_in, &*sink))?;
+    let dense = thread("dense", move || run_dense(dense, &jobs_in, &*sink))?;
     Ok(Worker { threads: vec![tracking, dense], rig })
 }
 
@@ -215,6 +242,7 @@ impl Rectifier {
 struct DenseJob {
     index: u32,
     pair: RectifiedPair,
+    quality: FrameQuality,
     world_from_camera: Option<Pose>,
 }
 
@@ -230,7 +258,6 @@ struct FrontEnd {
     rectifier: Rectifier,
     tracker: Tracker,
     quality: QualityGate,
-    checked_eyes: bool,
 }
 
 fn run_front_end(
@@ -243,7 +270,7 @@ fn run_front_end(
     while let Some(pair) = input.take() {
         match front.process(pair, index, jobs) {
             Ok(tracked) => sink.tracked(&tracked),
-            Err(error) => return sink.failed(&error),
+            Err(error) => return sink.failed(error),
         }
         index += 1;
     }
@@ -261,7 +288,6 @@ impl FrontEnd {
         let (left, right) = (pair.left.to_gray(), pair.right.to_gray());
         let rectify_ms = milliseconds_since(started);
         let quality = self.quality.assess(&left);
-        self.refuse_swapped_eyes(quality, &left, &right)?;
 
         let started = Instant::now();
         let frame =
@@ -272,53 +298,83 @@ impl FrontEnd {
         let (stamp_ns, sequence) = (pair.stamp_ns, pair.sequence);
         let world_from_camera = report.world_from_camera.filter(|_| quality.allows_fusion());
         let left = Arc::new(pair.left);
-        let pair = RectifiedPair { stamp_ns, sequence, left: Arc::clone(&left), right: pair.right, mask: pair.mask };
-        let superseded_dense = jobs.offer(DenseJob { index, pair, world_from_camera }) == Offer::Superseded;
-        Ok(TrackedPair { stamp_ns, sequence, quality, report, rectify_ms, tracking_ms, left, superseded_dense })
+        let pair =
+            RectifiedPair { stamp_ns, sequence, left: Arc::clone(&left), right: pair.right, mask: pair.mask };
+        let superseded_dense =
+            jobs.offer(DenseJob { index, pair, quality, world_from_camera }) == Offer::Superseded;
+        Ok(TrackedPair {
+            stamp_ns,
+            sequence,
+            quality,
+            report,
+            rectify_ms,
+            tracking_ms,
+            left,
+            superseded_dense,
+        })
+    }
+}
+
+/// The GPU's side of a session.
+struct DenseEnd {
+    gpu: Arc<Gpu>,
+    model: DenseSlam,
+    disparity: DisparityConfig,
+    eyes_are_checked: bool,
+}
+
+fn run_dense(mut dense: DenseEnd, jobs: &MailboxReceiver<DenseJob>, sink: &dyn Sink) {
+    let mut last_stamp_ns = 0;
+    while let Some(job) = jobs.take() {
+        last_stamp_ns = job.pair.stamp_ns;
+        if let Err(error) = dense.process(&job, sink) {
+            return sink.failed(error);
+        }
+    }
+    if let Err(error) = sink.finished(last_stamp_ns, &mut dense.model) {
+        sink.failed(error.into());
+    }
+}
+
+impl DenseEnd {
+    fn new(gpu: Arc<Gpu>, rig: StereoRig, stages: &StageConfig) -> Result<Self, DenseError> {
+        let model = DenseSlam::new(Arc::clone(&gpu), rig, &stages.disparity, &stages.dense)?;
+        Ok(Self { gpu, model, disparity: stages.disparity.clone(), eyes_are_checked: false })
+    }
+
+    fn process(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
+        self.refuse_swapped_eyes(job)?;
+        let started = Instant::now();
+        let report = self.model.step(&DenseFrame {
+            index: job.index,
+            stamp_ns: job.pair.stamp_ns,
+            left: &job.pair.left,
+            right: &job.pair.right,
+            mask: job.pair.mask.as_ref(),
+            world_from_camera: job.world_from_camera.as_ref(),
+        })?;
+        let fused = FusedPair {
+            stamp_ns: job.pair.stamp_ns,
+            sequence: job.pair.sequence,
+            world_from_camera: job.world_from_camera,
+            report,
+            dense_ms: milliseconds_since(started),
+        };
+        sink.fused(&fused, &mut self.model)?;
+        Ok(())
     }
 
     /// Once, on the first picture that shows anything.
-    fn refuse_swapped_eyes(
-        &mut self,
-        quality: FrameQuality,
-        left: &Gray,
-        right: &Gray,
-    ) -> Result<(), WorkerError> {
-        if self.checked_eyes || quality != FrameQuality::Good {
+    fn refuse_swapped_eyes(&mut self, job: &DenseJob) -> Result<(), WorkerError> {
+        if self.eyes_are_checked || job.quality != FrameQuality::Good {
             return Ok(());
         }
-        self.checked_eyes = true;
-        if dense::disparity::eyes_swapped(left, right) { Err(WorkerError::EyesSwapped) } else { Ok(()) }
+        self.eyes_are_checked = true;
+        let range = DisparityRange::of_rig(self.model.rig(), &self.disparity)?;
+        let eyes = (&*job.pair.left, &job.pair.right);
+        let order = dense::disparity::eye_order(&self.gpu, eyes, range, &self.disparity)?;
+        if order.is_swapped() { Err(WorkerError::EyesSwapped) } else { Ok(()) }
     }
-}
-
-fn run_dense(mut model: DenseSlam, jobs: &MailboxReceiver<DenseJob>, sink: &dyn Sink) {
-    while let Some(job) = jobs.take() {
-        if let Err(error) = densify(&mut model, &job, sink) {
-            return sink.failed(&error);
-        }
-    }
-}
-
-fn densify(model: &mut DenseSlam, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
-    let started = Instant::now();
-    let report = model.step(&DenseFrame {
-        index: job.index,
-        stamp_ns: job.pair.stamp_ns,
-        left: &job.pair.left,
-        right: &job.pair.right,
-        mask: job.pair.mask.as_ref(),
-        world_from_camera: job.world_from_camera.as_ref(),
-    })?;
-    let fused = FusedPair {
-        stamp_ns: job.pair.stamp_ns,
-        sequence: job.pair.sequence,
-        world_from_camera: job.world_from_camera,
-        report,
-        dense_ms: milliseconds_since(started),
-    };
-    sink.fused(&fused, model)?;
-    Ok(())
 }
 
 fn milliseconds_since(start: Instant) -> f64 {

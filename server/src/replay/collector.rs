@@ -1,0 +1,185 @@
+//! Takes the worker's results in while it runs.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use dense::{DenseSlam, Surfel};
+use geometry::Rgb;
+use geometry::trajectory::StampedPose;
+use recording::export;
+
+use super::points::{PointFollower, PointFrame};
+use super::report::FrameCounts;
+use super::stream::StreamMeter;
+use super::truth::PointTruth;
+use super::unpoisoned;
+use crate::overview;
+use crate::session::worker::{FusedPair, Sink, SinkError, TrackedPair, WorkerError};
+
+/// Size of the picture of the final model.
+const PICTURE_PX: (u32, u32) = (960, 720);
+
+/// The replay's sink.
+pub struct Collector {
+    depth_directory: Option<PathBuf>,
+    truth: PointTruth,
+    collected: Mutex<Collected>,
+}
+
+/// Everything collected so far.
+pub struct Collected {
+    pub trajectory: Vec<StampedPose>,
+    pub counts: FrameCounts,
+    pub reasons: BTreeMap<String, u64>,
+    pub stages: BTreeMap<&'static str, Stage>,
+    pub frame_ms: Vec<f64>,
+    pub back_projection: Vec<dense::BackProjection>,
+    pub points: PointFollower,
+    /// `None` where somebody else publishes the changes.
+    pub stream: Option<StreamMeter>,
+    pub stamps_ns: Option<(u64, u64)>,
+    pub model: Vec<Surfel>,
+    pub picture: Option<Rgb>,
+    pub error: Option<WorkerError>,
+    front_ms: BTreeMap<u64, f64>,
+}
+
+/// All run times of one stage.
+pub struct Stage {
+    pub clock: &'static str,
+    pub ms: Vec<f64>,
+}
+
+impl Collector {
+    /// Collects; with a `stream` it takes the model's changes and publishes them there.
+    pub fn new(depth_directory: Option<PathBuf>, stream: Option<StreamMeter>, truth: PointTruth) -> Self {
+        let collected = Collected {
+            trajectory: Vec::new(),
+            counts: FrameCounts::default(),
+            reasons: BTreeMap::new(),
+            stages: BTreeMap::new(),
+            frame_ms: Vec::new(),
+            back_projection: Vec::new(),
+            points: PointFollower::default(),
+            stream,
+            stamps_ns: None,
+            model: Vec::new(),
+            picture: None,
+            error: None,
+            front_ms: BTreeMap::new(),
+        };
+        Self { depth_directory, truth, collected: Mutex::new(collected) }
+    }
+
+    /// A pair that does not reach the model, with the reason it is counted under.
+    pub fn count_drop(&self, reason: &str, why: &str) {
+        tracing::warn!(reason, why, "a pair was dropped");
+        let mut collected = unpoisoned(self.collected.lock());
+        collected.counts.dropped += 1;
+        collected.count_reason(reason);
+    }
+
+    pub fn into_collected(self) -> Collected {
+        unpoisoned(self.collected.into_inner())
+    }
+}
+
+impl Collected {
+    fn count_reason(&mut self, reason: &str) {
+        *self.reasons.entry(reason.to_string()).or_default() += 1;
+    }
+
+    fn time(&mut self, name: &'static str, clock: &'static str, ms: f64) {
+        self.stages.entry(name).or_insert_with(|| Stage { clock, ms: Vec::new() }).ms.push(ms);
+    }
+}
+
+impl Sink for Collector {
+    fn tracked(&self, pair: &TrackedPair) {
+        let mut collected = unpoisoned(self.collected.lock());
+        collected.time("rectify", "cpu", pair.rectify_ms);
+        collected.time("tracking", "cpu", pair.tracking_ms);
+        collected.front_ms.insert(pair.sequence, pair.rectify_ms + pair.tracking_ms);
+        let first_ns = collected.stamps_ns.map_or(pair.stamp_ns, |(first, _)| first);
+        collected.stamps_ns = Some((first_ns, pair.stamp_ns));
+        if let Some(world_from_camera) = pair.report.world_from_camera {
+            collected.counts.tracked += 1;
+            collected.trajectory.push(StampedPose { stamp_ns: pair.stamp_ns, world_from_camera });
+            if !pair.quality.allows_fusion() {
+                collected.counts.discarded += 1;
+                collected.count_reason(pair.quality.name());
+            }
+        } else {
+            collected.counts.lost += 1;
+            collected.count_reason("not_tracked");
+        }
+        if pair.superseded_dense {
+            collected.counts.dropped += 1;
+            collected.count_reason("fusion_superseded");
+        }
+    }
+
+    fn fused(&self, pair: &FusedPair, model: &mut DenseSlam) -> Result<(), SinkError> {
+        if let Some(directory) = &self.depth_directory {
+            export::write_pfm(&depth_file(directory, pair.sequence), &model.depth_map()?)?;
+        }
+        let mut collected = unpoisoned(self.collected.lock());
+        for stage in &pair.report.stages {
+            collected.time(stage.name, stage.clock.name(), stage.ms);
+        }
+        let front_ms = collected.front_ms.remove(&pair.sequence).unwrap_or(0.0);
+        collected.frame_ms.push(front_ms + pair.dense_ms);
+        let Some(world_from_camera) = &pair.world_from_camera else { return Ok(()) };
+        if pair.report.fused {
+            collected.counts.fused += 1;
+        } else {
+            collected.counts.discarded += 1;
+            let reason = pair.report.discarded_reason.map_or("not_fused", |reason| reason.name());
+            collected.count_reason(reason);
+        }
+        collected.back_projection.extend(pair.report.back_projection);
+        if let Some(stream) = &mut collected.stream {
+            stream.publish(pair.stamp_ns, &model.take_changes()?)?;
+        }
+        if !self.truth.is_empty() {
+            let frame = PointFrame {
+                frame: pair.sequence as u32,
+                points_in_camera: self.truth.at(pair.stamp_ns),
+                world_from_camera,
+                depth: &model.depth_map()?,
+            };
+            collected.points.observe(model.rig(), &frame);
+        }
+        Ok(())
+    }
+
+    fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
+        let surfels = model.surfels()?;
+        if let Some(stream) = &mut unpoisoned(self.collected.lock()).stream {
+            stream.publish(last_stamp_ns, &model.take_changes()?)?;
+            stream.compare(&surfels)?;
+        }
+        let picture = picture(model, &surfels)?;
+        let mut collected = unpoisoned(self.collected.lock());
+        collected.model = surfels;
+        collected.picture = Some(picture);
+        Ok(())
+    }
+
+    fn failed(&self, error: WorkerError) {
+        unpoisoned(self.collected.lock()).error.get_or_insert(error);
+    }
+}
+
+/// Pair `number` of the recording, counted from 0.
+fn depth_file(directory: &Path, number: u64) -> PathBuf {
+    directory.join(format!("{number:06}.pfm"))
+}
+
+fn picture(model: &DenseSlam, surfels: &[Surfel]) -> Result<Rgb, SinkError> {
+    let points: Vec<_> = surfels.iter().map(|surfel| surfel.position.map(f64::from).into()).collect();
+    let normals: Vec<_> = surfels.iter().map(|surfel| surfel.normal.map(f64::from).into()).collect();
+    let (pinhole, world_from_camera) = overview::overview(&points, &normals, PICTURE_PX.0, PICTURE_PX.1);
+    Ok(model.render(&dense::View { pinhole, world_from_camera })?)
+}

@@ -1,0 +1,134 @@
+//! The files of a replay's results.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use dense::{BackProjection, Surfel};
+use gpu::Gpu;
+use recording::PairingStatistics;
+use recording::export::{self, PlySurfel};
+
+use super::collector::Collected;
+use super::report::{
+    BackProjectionSummary, FrameCounts, PeakMemory, Quantiles, Report, StageSummary, peak_resident_mib,
+    quantiles,
+};
+use super::{ReplayError, ReplayOptions};
+
+const MM_PER_M: f64 = 1e3;
+
+/// What the report says about the run as a whole.
+pub struct Run<'a> {
+    pub gpu: &'a Gpu,
+    pub statistics: &'a PairingStatistics,
+    pub truncated: bool,
+    pub wall: Duration,
+}
+
+/// Makes the directories for the results, before hours are spent on them.
+pub fn make_directories(options: &ReplayOptions) -> Result<(), ReplayError> {
+    let deepest = if options.save_depth { options.out.join("depth") } else { options.out.clone() };
+    std::fs::create_dir_all(&deepest).map_err(ReplayError::io(&deepest))
+}
+
+/// Writes all results and gives the report back.
+pub fn write(out: &Path, collected: &Collected, run: &Run) -> Result<Report, ReplayError> {
+    export::write_tum(&out.join("trajectory.tum"), &collected.trajectory).map_err(ReplayError::Results)?;
+    let surfels: Vec<PlySurfel> = collected.model.iter().map(ply_surfel).collect();
+    export::write_ply(&out.join("model.ply"), &surfels).map_err(ReplayError::Results)?;
+    if !collected.points.estimates().is_empty() {
+        export::write_points(&out.join("points.csv"), collected.points.estimates())
+            .map_err(ReplayError::Results)?;
+    }
+    if let Some(picture) = &collected.picture {
+        let file = out.join("model.png");
+        write_bytes(&file, &recording::encode_png_rgb(picture).map_err(ReplayError::Results)?.bytes)?;
+    }
+    let report = report(collected, run);
+    let text = serde_json::to_string_pretty(&report).expect("a report has string keys and finite numbers");
+    write_bytes(&out.join("report.json"), (text + "\n").as_bytes())?;
+    Ok(report)
+}
+
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ReplayError> {
+    std::fs::write(path, bytes).map_err(ReplayError::io(path))
+}
+
+fn ply_surfel(surfel: &Surfel) -> PlySurfel {
+    PlySurfel {
+        position: surfel.position,
+        normal: surfel.normal,
+        color: surfel.color,
+        radius_m: surfel.radius_m,
+        confidence: surfel.weight,
+    }
+}
+
+fn report(collected: &Collected, run: &Run) -> Report {
+    let duration_s = collected.stamps_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
+    Report {
+        adapter: format!("{}, {}", run.gpu.description().name, run.gpu.description().driver),
+        frames: frame_counts(collected, run.statistics),
+        reasons: reasons(collected, run.statistics),
+        stages: collected.stages.iter().map(|(&name, stage)| (name.into(), stage_summary(stage))).collect(),
+        frame_ms: quantiles(&collected.frame_ms),
+        wall_s: run.wall.as_secs_f64(),
+        surfels: collected.model.len() as u64,
+        nodes: 0,
+        back_projection_mm: back_projection(&collected.back_projection),
+        stream: collected.stream.as_ref().map(|stream| stream.summary(duration_s)),
+        peak_memory: PeakMemory {
+            cpu_mib: peak_resident_mib(),
+            gpu_mib: run.gpu.memory_use().peak_bytes as f64 / f64::from(1 << 20),
+        },
+        truncated: run.truncated,
+    }
+}
+
+fn frame_counts(collected: &Collected, statistics: &PairingStatistics) -> FrameCounts {
+    let unpaired = statistics.unpaired_left + statistics.unpaired_right;
+    FrameCounts {
+        received: statistics.pairs + unpaired,
+        paired: statistics.pairs,
+        ..collected.counts.clone()
+    }
+}
+
+fn reasons(collected: &Collected, statistics: &PairingStatistics) -> BTreeMap<String, u64> {
+    let of_pairing = [
+        ("unpaired_left", statistics.unpaired_left),
+        ("unpaired_right", statistics.unpaired_right),
+        ("duplicate_stamp", statistics.duplicates),
+        ("stale_stamp", statistics.late),
+        ("malformed_message", statistics.malformed),
+    ];
+    let of_pairing = of_pairing.into_iter().filter(|(_, count)| *count > 0);
+    let mut all = collected.reasons.clone();
+    all.extend(of_pairing.map(|(reason, count)| (reason.to_string(), count)));
+    all
+}
+
+fn stage_summary(stage: &super::collector::Stage) -> StageSummary {
+    let Quantiles { median, p95 } = quantiles(&stage.ms);
+    StageSummary { runs: stage.ms.len() as u64, median_ms: median, p95_ms: p95, clock: stage.clock }
+}
+
+fn back_projection(frames: &[BackProjection]) -> BackProjectionSummary {
+    let values = |of: fn(&BackProjection) -> f64| frames.iter().map(of).collect::<Vec<f64>>();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let squares: Vec<f64> = frames.iter().map(|frame| f64::from(frame.rmse_m).powi(2)).collect();
+    BackProjectionSummary {
+        mean: mean(&values(|frame| frame.mean_m.into())) * MM_PER_M,
+        median: quantiles(&values(|frame| frame.median_m.into())).median * MM_PER_M,
+        rmse: mean(&squares).sqrt() * MM_PER_M,
+        p95: quantiles(&values(|frame| frame.p95_m.into())).median * MM_PER_M,
+        coverage: mean(&values(|frame| frame.coverage.into())),
+    }
+}
+
+impl From<ReplayError> for crate::cli::Failure {
+    fn from(error: ReplayError) -> Self {
+        if error.is_bad_input() { Self::bad_input(error) } else { Self::failed(error) }
+    }
+}

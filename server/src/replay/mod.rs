@@ -1,0 +1,234 @@
+//! Replays a recording through the same worker as a live session and writes the results (design section 10).
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, PoisonError};
+use std::time::{Duration, Instant};
+
+use dense::DenseError;
+use geometry::GeometryError;
+use gpu::{Gpu, GpuError};
+use recording::{Calibration, PairingStatistics, RecordingError, RecordingReader, StereoMessage};
+
+use crate::config::Config;
+use crate::session::mailbox::{MailboxSender, Offer, Policy, mailbox};
+use crate::session::worker::{self, StageConfig, StereoPair, WorkerError, WorkerSetup};
+
+pub(crate) mod collector;
+pub(crate) mod files;
+mod points;
+mod report;
+mod stream;
+pub(crate) mod truth;
+
+use collector::Collector;
+pub use report::Report;
+use stream::StreamMeter;
+use truth::PointTruth;
+
+/// How fast pairs are fed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Pace {
+    /// As fast as they can be worked on; nothing is dropped and the result is the same each time.
+    Max,
+    /// By their stamps, as live: what cannot be worked on in time is dropped and counted.
+    Realtime,
+}
+
+/// What to replay, and where the results go.
+#[derive(Clone, Debug)]
+pub struct ReplayOptions {
+    /// The recording.
+    pub recording: PathBuf,
+    /// The directory of the results; made where it is missing.
+    pub out: PathBuf,
+    /// How fast.
+    pub pace: Pace,
+    /// Also write the depth of each pair.
+    pub save_depth: bool,
+}
+
+/// Why a replay ended without results.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The recording cannot be used.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The recording's cameras are refused.
+    #[error("calibration of the recording: {0}")]
+    Calibration(#[from] GeometryError),
+    /// The recording holds no pair.
+    #[error("{}: no stereo pair could be replayed ({reasons})", .path.display())]
+    NoPairs {
+        /// The recording.
+        path: PathBuf,
+        /// What became of its images.
+        reasons: String,
+    },
+    /// The reconstruction refused or failed.
+    #[error(transparent)]
+    Worker(#[from] WorkerError),
+    /// No GPU.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// Results could not be read back.
+    #[error(transparent)]
+    Dense(#[from] DenseError),
+    /// A result file could not be written.
+    #[error(transparent)]
+    Results(RecordingError),
+    /// A file or directory of the results could not be made.
+    #[error("{}: {source}", .path.display())]
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+}
+
+impl ReplayError {
+    /// Whether the input is to blame (exit status 2) rather than the machine.
+    pub fn is_bad_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Recording(_)
+                | Self::Calibration(_)
+                | Self::NoPairs { .. }
+                | Self::Worker(WorkerError::Calibration(_) | WorkerError::EyesSwapped)
+        )
+    }
+
+    fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self::Io { path, source }
+    }
+}
+
+/// Replays a recording. `progress` is told pairs done and, where known, in all.
+///
+/// # Errors
+/// [`ReplayError`]; bad pairs are counted in the report, not errors.
+pub fn replay(
+    options: &ReplayOptions,
+    config: &Config,
+    progress: &mut dyn FnMut(u64, Option<u64>),
+) -> Result<Report, ReplayError> {
+    let started = Instant::now();
+    let reader = RecordingReader::open(&options.recording, &config.recording)?;
+    let calibration = checked_calibration(&reader, config)?;
+    files::make_directories(options)?;
+    let gpu = Arc::new(Gpu::open(&config.gpu.clone().with_environment())?);
+    let depth_directory = options.save_depth.then(|| options.out.join("depth"));
+    let stream = StreamMeter::new(config.publish.viewer_budget_bytes(), config.dense.fusion.weight_max);
+    let collector = Arc::new(Collector::new(depth_directory, Some(stream), PointTruth::load(&reader)?));
+    let policy = match options.pace {
+        Pace::Max => Policy::Lossless,
+        Pace::Realtime => Policy::NewestWins,
+    };
+    let stages = StageConfig::from(config);
+    let setup = WorkerSetup { stages: &stages, calibration: &calibration, policy };
+    let (sender, receiver) = mailbox(policy, 2);
+    let running = worker::spawn(&setup, Arc::clone(&gpu), receiver, Arc::clone(&collector) as _)?;
+    let statistics = feed(&reader, options.pace, &calibration, &sender, &collector, progress);
+    drop(sender);
+    running.join();
+    let collected = Arc::into_inner(collector).expect("the worker has let go of it").into_collected();
+    if let Some(error) = collected.error {
+        return Err(error.into());
+    }
+    let statistics = statistics?;
+    if collected.counts.tracked + collected.counts.lost == 0 {
+        let reasons = describe(&statistics, &collected.reasons);
+        return Err(ReplayError::NoPairs { path: options.recording.clone(), reasons });
+    }
+    let run = files::Run {
+        gpu: &gpu,
+        statistics: &statistics,
+        truncated: reader.truncated(),
+        wall: started.elapsed(),
+    };
+    files::write(&options.out, &collected, &run)
+}
+
+fn checked_calibration(reader: &RecordingReader, config: &Config) -> Result<Calibration, ReplayError> {
+    let calibration = reader.calibration()?;
+    match &calibration {
+        Calibration::Rectified(rig) => geometry::validate::check_rig(rig, &config.rig)?,
+        Calibration::Raw(raw) => geometry::validate::check_calibration(raw, &config.rig)?,
+    }
+    Ok(calibration)
+}
+
+/// Puts every pair into the mailbox; damaged ones are counted and left out.
+fn feed(
+    reader: &RecordingReader,
+    pace: Pace,
+    calibration: &Calibration,
+    sender: &MailboxSender<StereoPair>,
+    collector: &Collector,
+    progress: &mut dyn FnMut(u64, Option<u64>),
+) -> Result<PairingStatistics, ReplayError> {
+    let mut messages = reader.stereo()?;
+    let mut clock = PaceClock::new(pace);
+    let mut number = 0;
+    while let Some(message) = messages.next() {
+        let message = message?;
+        clock.wait_for(message.stamp_ns);
+        match decode(&message, number, calibration.image_size_px()) {
+            Err(error) => collector.count_drop("malformed_image", &error.to_string()),
+            Ok(pair) => match sender.offer(pair) {
+                Offer::Queued => {}
+                Offer::Superseded => collector.count_drop("superseded", "a newer pair came first"),
+                Offer::Closed => break,
+            },
+        }
+        number += 1;
+        progress(number, reader.expected_pairs());
+    }
+    Ok(messages.statistics().clone())
+}
+
+fn decode(message: &StereoMessage, sequence: u64, size_px: (u32, u32)) -> Result<StereoPair, RecordingError> {
+    let mask = message.mask.as_ref().map(|mask| recording::decode_gray(mask, size_px)).transpose()?;
+    Ok(StereoPair {
+        stamp_ns: message.stamp_ns,
+        sequence,
+        left: recording::decode_rgb(&message.left, size_px)?,
+        right: recording::decode_rgb(&message.right, size_px)?,
+        mask,
+    })
+}
+
+fn describe(statistics: &PairingStatistics, reasons: &std::collections::BTreeMap<String, u64>) -> String {
+    let unpaired = format!(
+        "{} left and {} right images without the other eye",
+        statistics.unpaired_left, statistics.unpaired_right
+    );
+    let dropped = reasons.iter().map(|(reason, count)| format!(", {count} {reason}")).collect::<String>();
+    unpaired + &dropped
+}
+
+/// Lets pairs through at the times their stamps tell.
+struct PaceClock {
+    realtime: bool,
+    first: Option<(Instant, u64)>,
+}
+
+impl PaceClock {
+    fn new(pace: Pace) -> Self {
+        Self { realtime: pace == Pace::Realtime, first: None }
+    }
+
+    fn wait_for(&mut self, stamp_ns: u64) {
+        let (start, first_ns) = *self.first.get_or_insert_with(|| (Instant::now(), stamp_ns));
+        let due = start + Duration::from_nanos(stamp_ns.saturating_sub(first_ns));
+        while self.realtime && Instant::now() < due {
+            std::thread::park_timeout(due - Instant::now());
+        }
+    }
+}
+
+/// The collector's state stays usable whatever happened in another thread.
+fn unpoisoned<T>(result: Result<T, PoisonError<T>>) -> T {
+    result.unwrap_or_else(PoisonError::into_inner)
+}

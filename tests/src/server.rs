@@ -1,0 +1,92 @@
+//! A real `mis-slam serve` on loopback ports of its own.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::process;
+
+/// Long enough for a loaded two-core machine with software Vulkan.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A running server; killed when dropped.
+pub struct Server {
+    child: Child,
+    /// `http://127.0.0.1:PORT`.
+    pub http: String,
+    /// `tcp/127.0.0.1:PORT`.
+    pub zenoh: String,
+}
+
+impl Server {
+    /// Starts a server and waits until it says where it listens.
+    pub fn start(settings: &[&str]) -> Self {
+        let mut command = process::program("mis-slam");
+        command.args([
+            "serve",
+            "--set",
+            "server.listen=127.0.0.1:0",
+            "--set",
+            "zenoh.listen=['tcp/127.0.0.1:0']",
+        ]);
+        for setting in settings {
+            command.args(["--set", setting]);
+        }
+        let mut child = command.stdout(Stdio::piped()).spawn().expect("the server starts");
+        let mut lines = BufReader::new(child.stdout.take().expect("stdout is piped")).lines();
+        let mut announced = |what: &str| loop {
+            let line = lines.next().expect("the server says where it listens").expect("readable output");
+            if let Some(address) = line.strip_prefix(what) {
+                break address.trim().to_string();
+            }
+        };
+        let (http, zenoh) = (announced("http "), announced("zenoh "));
+        Self { child, http, zenoh }
+    }
+
+    /// The same address for WebSocket clients.
+    pub fn ws(&self) -> String {
+        self.http.replacen("http", "ws", 1)
+    }
+
+    /// GET, parsed.
+    pub fn get(&self, path: &str) -> Value {
+        let response = ureq::get(format!("{}{path}", self.http)).call();
+        response.expect("an answer").body_mut().read_json().expect("a JSON answer")
+    }
+
+    /// Waits until `condition` finds what it looks for in the answer to GET `path`.
+    ///
+    /// # Panics
+    /// After [`PATIENCE`], with the last answer.
+    pub fn wait_for<T>(&self, path: &str, condition: impl Fn(&Value) -> Option<T>) -> T {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let answer = self.get(path);
+            if let Some(found) = condition(&answer) {
+                return found;
+            }
+            assert!(Instant::now() < deadline, "gave up waiting on {path}: {answer:#}");
+            std::thread::park_timeout(Duration::from_millis(50));
+        }
+    }
+
+    /// SIGTERM, then waits for the end.
+    pub fn terminate(&mut self) -> std::process::ExitStatus {
+        let mut kill = std::process::Command::new("kill");
+        process::run({
+            kill.args(["-TERM", &self.child.id().to_string()]);
+            kill
+        });
+        self.child.wait().expect("the server ends")
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

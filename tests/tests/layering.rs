@@ -1,0 +1,74 @@
+//! Who may depend on whom (design section 3), read from cargo's own metadata.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use cargo_metadata::{DependencyKind, MetadataCommand};
+
+/// Each of our packages with the only ones of ours that it may use.
+const ALLOWED: &[(&str, &[&str])] = &[
+    ("geometry", &[]),
+    ("protocol", &[]),
+    ("gpu", &[]),
+    ("tracking", &["geometry"]),
+    ("recording", &["geometry"]),
+    ("simulator", &["geometry"]),
+    ("dense", &["geometry", "gpu"]),
+    ("evaluation", &["geometry", "recording"]),
+    ("mis-slam-cart", &["geometry", "protocol", "recording"]),
+    (
+        "mis-slam",
+        &[
+            "dense",
+            "evaluation",
+            "geometry",
+            "gpu",
+            "mis-slam-cart",
+            "protocol",
+            "recording",
+            "simulator",
+            "tracking",
+        ],
+    ),
+    ("tests", &["evaluation", "geometry", "protocol", "recording", "simulator"]),
+];
+
+/// Libraries that stay out of a package, so that it can be used without them.
+const FORBIDDEN: &[(&str, &[&str])] = &[
+    ("protocol", &["tokio", "wgpu", "zenoh", "nalgebra"]),
+    ("geometry", &["tokio", "wgpu", "zenoh"]),
+    ("tracking", &["tokio", "wgpu", "zenoh", "prost"]),
+    ("dense", &["tokio", "zenoh", "prost"]),
+    ("gpu", &["tokio", "zenoh", "nalgebra"]),
+    ("recording", &["tokio", "wgpu", "zenoh"]),
+];
+
+fn direct_dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let metadata = MetadataCommand::new().no_deps().exec().unwrap();
+    let of = |package: &cargo_metadata::Package| {
+        let normal = package.dependencies.iter().filter(|d| d.kind != DependencyKind::Development);
+        normal.map(|d| d.name.clone()).collect()
+    };
+    metadata.packages.iter().map(|p| (p.name.to_string(), of(p))).collect()
+}
+
+#[test]
+fn packages_depend_only_in_the_documented_direction() {
+    let dependencies = direct_dependencies();
+    let ours: BTreeSet<&str> = dependencies.keys().map(String::as_str).collect();
+    let listed: BTreeSet<&str> = ALLOWED.iter().map(|(package, _)| *package).collect();
+    assert_eq!(ours, listed, "every package of the workspace is listed here");
+    for (package, allowed) in ALLOWED {
+        let used = dependencies[*package].iter().filter(|d| ours.contains(d.as_str()));
+        let wrong: Vec<_> = used.filter(|d| !allowed.contains(&d.as_str())).collect();
+        assert!(wrong.is_empty(), "{package} must not depend on {wrong:?}");
+    }
+}
+
+#[test]
+fn lower_layers_know_no_runtime_no_network_and_no_gpu() {
+    let dependencies = direct_dependencies();
+    for (package, forbidden) in FORBIDDEN {
+        let wrong: Vec<_> = forbidden.iter().filter(|d| dependencies[*package].contains(**d)).collect();
+        assert!(wrong.is_empty(), "{package} must not depend on {wrong:?}");
+    }
+}
