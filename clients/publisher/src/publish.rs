@@ -45,7 +45,7 @@ pub async fn publish_recording(
         tracing::warn!(damage, "the recording is damaged; it is streamed up to its last good record");
     }
     let calibration = reader.calibration()?;
-    let mut tally = Tally { expected: reader.expected_pairs(), ..Tally::default() };
+    let mut tally = Tally::new(reader.expected_pairs());
     let mut sender = Sender {
         to: &options.to,
         config: &config.cart,

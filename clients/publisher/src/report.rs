@@ -59,7 +59,7 @@ pub struct PublishReport {
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub session: String,
-    pub expected: Option<u64>,
+    expected: Option<u64>,
     pub reconnects: u64,
     sent: u64,
     skipped: u64,
@@ -71,6 +71,11 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
+    /// Nothing sent yet, of so many pairs.
+    pub fn new(expected: Option<u64>) -> Self {
+        Self { expected, ..Self::default() }
+    }
+
     /// A pair leaves; those between it and the last one were skipped.
     pub fn note_sent(&mut self, sequence: u64, now: Instant) {
         self.sent += 1;

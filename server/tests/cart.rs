@@ -1,0 +1,132 @@
+//! `mis-slam-cart` as a library against a real server, over both transports.
+
+mod support;
+
+use std::path::PathBuf;
+
+use geometry::{Pinhole, Rgb, StereoRig};
+use mis_slam_cart::{CartConfig, CartError, Endpoint, PublishOptions, publish_recording};
+use protocol::v1::Reason;
+use recording::{Calibration, RecordingWriter};
+use support::{SIZE_PX, TestServer};
+use tempfile::TempDir;
+
+const PAIRS: u64 = 20;
+
+fn config() -> CartConfig {
+    let quick = [("cart.give_up_s", "0.5"), ("cart.retry_first_s", "0.05")];
+    let overrides = quick.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    CartConfig::load(None, &overrides).expect("the defaults are complete")
+}
+
+/// A recording of 20 pairs at 100 Hz.
+fn recording(folder: &TempDir, baseline_m: f64) -> PathBuf {
+    let path = folder.path().join("rec.mcap");
+    let (width_px, height_px) = SIZE_PX;
+    let left = Pinhole { width_px, height_px, fx_px: 60.0, fy_px: 60.0, cx_px: 32.0, cy_px: 24.0 };
+    let rig = StereoRig { left, baseline_m, right_cx_px: 32.0 };
+    let mut writer = RecordingWriter::create(&path, &config().recording).unwrap();
+    writer.write_calibration(0, &Calibration::Rectified(rig)).unwrap();
+    for number in 0..PAIRS {
+        let picture = Rgb::from_fn(width_px, height_px, |x, y| [(x * 3) as u8, (y * 5) as u8, number as u8]);
+        let image = recording::encode_jpeg(&picture, 80).unwrap();
+        writer.write_pair(1 + number * 10_000_000, &image, &image).unwrap();
+    }
+    writer.finish().unwrap();
+    path
+}
+
+fn options(recording: PathBuf, to: &str, session: Option<&str>) -> PublishOptions {
+    PublishOptions {
+        recording,
+        to: to.parse().unwrap(),
+        session: session.map(|id| id.parse().unwrap()),
+        rate: 1.0,
+        repeat: false,
+    }
+}
+
+async fn publish(options: &PublishOptions) -> Result<mis_slam_cart::PublishReport, CartError> {
+    support::within(publish_recording(options, &config(), |_| {}, std::future::pending())).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_recording_is_streamed_over_a_websocket() {
+    let (server, folder) = (TestServer::start().await, TempDir::new().unwrap());
+    let to = format!("ws://{}", server.address);
+    let report = publish(&options(recording(&folder, 0.005), &to, None)).await.unwrap();
+    assert_eq!(report.sent + report.skipped, PAIRS);
+    assert!(report.poses > 0 && report.latency.is_some(), "{report:?}");
+    assert!(report.refused.is_empty(), "{report:?}");
+    let state = server.state_when(&report.session, |state| state["status"] == "source_lost").await;
+    assert_eq!(state["pairs_received"], report.sent);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_recording_is_streamed_over_zenoh() {
+    let server = TestServer::start_with(|config| config.zenoh.enabled = true).await;
+    let folder = TempDir::new().unwrap();
+    let to = format!("zenoh/{}", server.zenoh_endpoints[0]);
+    let report = publish(&options(recording(&folder, 0.005), &to, Some("theatre-3"))).await.unwrap();
+    assert_eq!((report.session.as_str(), report.sent + report.skipped), ("theatre-3", PAIRS));
+    assert!(report.poses > 0, "{report:?}");
+    server.state_when("theatre-3", |state| state["source_present"] == false).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_open_session_is_joined_and_what_starts_over_goes_on() {
+    let (server, folder) = (TestServer::start().await, TempDir::new().unwrap());
+    let to = format!("ws://{}", server.address);
+    let looped =
+        PublishOptions { repeat: true, ..options(recording(&folder, 0.005), &to, Some("theatre-3")) };
+    server.open("theatre-3").await;
+    let long_enough = async {
+        server.state_when("theatre-3", |state| state["pairs_received"].as_u64() > Some(PAIRS + 5)).await;
+    };
+    let report = support::within(publish_recording(&looped, &config(), |_| {}, long_enough)).await.unwrap();
+    assert!(report.sent > PAIRS, "{report:?}");
+    assert!(report.refused.is_empty(), "{report:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_server_that_refuses_ends_the_stream_with_its_reason() {
+    let (server, folder) = (TestServer::start().await, TempDir::new().unwrap());
+    let to = format!("ws://{}", server.address);
+    let refused = publish(&options(recording(&folder, 0.5), &to, None)).await.unwrap_err();
+    assert!(matches!(refused, CartError::Refused { reason: Reason::InvalidCalibration, .. }), "{refused}");
+    assert!(!refused.is_bad_input());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_server_that_is_away_is_given_up_and_a_missing_recording_is_bad_input() {
+    let folder = TempDir::new().unwrap();
+    let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let away =
+        publish(&options(recording(&folder, 0.005), &format!("ws://{nobody}"), None)).await.unwrap_err();
+    assert!(matches!(away, CartError::Unreachable { .. }), "{away}");
+    let to: Endpoint = format!("ws://{nobody}").parse().unwrap();
+    let missing =
+        publish(&options(folder.path().join("none.mcap"), &to.to_string(), None)).await.unwrap_err();
+    assert!(missing.is_bad_input());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_server_that_comes_back_is_found_again() {
+    let folder = TempDir::new().unwrap();
+    let mut server = TestServer::start().await;
+    let address = server.address;
+    let looped = PublishOptions {
+        repeat: true,
+        ..options(recording(&folder, 0.005), &format!("ws://{address}"), Some("theatre-3"))
+    };
+    let patient = CartConfig::load(None, &[("cart.retry_first_s".into(), "0.05".into())]).unwrap();
+    let story = async {
+        server.state_when_open("theatre-3", |state| state["pairs_received"].as_u64() > Some(3)).await;
+        server.stop();
+        server.ended().await.unwrap();
+        let again = TestServer::start_with(|config| config.server.listen = address).await;
+        again.state_when_open("theatre-3", |state| state["pairs_received"].as_u64() > Some(3)).await;
+    };
+    let report = support::within(publish_recording(&looped, &patient, |_| {}, story)).await.unwrap();
+    assert_eq!(report.reconnects, 1);
+}

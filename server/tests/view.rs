@@ -1,0 +1,133 @@
+//! Viewers on WebSockets against a real server.
+
+mod support;
+
+use protocol::v1::{self, from_server, to_server};
+use protocol::{PackedModel, limits};
+use support::{Client, TestServer, pose, wire_pair};
+
+const INGEST: &str = "/api/sessions/a/ingest";
+const VIEW: &str = "/api/sessions/a/view";
+
+/// Sends pairs one by one, each after the pose of the one before.
+async fn feed(cart: &mut Client, sequences: std::ops::Range<u64>) {
+    for sequence in sequences {
+        cart.say(to_server::Body::Pair(wire_pair(sequence))).await;
+        assert_eq!(cart.hear_until(pose).await.sequence, sequence);
+    }
+}
+
+#[tokio::test]
+async fn viewers_that_join_early_and_late_hold_the_servers_model() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let mut cart = server.join(INGEST).await;
+    let (mut early, mut late) = (PackedModel::default(), PackedModel::default());
+    let mut first = server.join(VIEW).await;
+    feed(&mut cart, 0..10).await;
+    let mut second = server.join(VIEW).await;
+    feed(&mut cart, 10..20).await;
+    first.follow_model(&mut early, |model| model.len() == 20).await;
+    second.follow_model(&mut late, |model| model.len() == 20).await;
+    assert_eq!(early, late);
+    let state = server.state("a").await;
+    assert_eq!((state["surfels"].as_u64(), state["viewers"].as_u64()), (Some(20), Some(2)));
+    assert_eq!(state["epoch"], early.epoch());
+}
+
+#[tokio::test]
+async fn a_viewer_hears_state_model_and_pose_in_one_stream() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let mut cart = server.join(INGEST).await;
+    feed(&mut cart, 0..1).await;
+    let mut viewer = server.join(VIEW).await;
+    let (mut state, mut model, mut newest_pose) = (None, None, None);
+    while state.is_none() || model.is_none() || newest_pose.is_none() {
+        match viewer.hear().await {
+            from_server::Body::State(heard) => state = Some(heard),
+            from_server::Body::Snapshot(heard) => model = Some(heard),
+            from_server::Body::Pose(heard) => newest_pose = Some(heard),
+            _ => {}
+        }
+    }
+    assert_eq!(state.unwrap().session, "a");
+    assert!(newest_pose.unwrap().world_from_camera.is_some());
+    assert_eq!(model.unwrap().count, 1);
+}
+
+#[tokio::test]
+async fn a_viewer_that_asks_is_seeded_anew() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let mut cart = server.join(INGEST).await;
+    feed(&mut cart, 0..5).await;
+    let mut viewer = server.join(VIEW).await;
+    let mut model = PackedModel::default();
+    viewer.follow_model(&mut model, |model| model.len() == 5).await;
+    viewer.say(to_server::Body::Resync(v1::Resync { held_epoch: 2 })).await;
+    let mut again = PackedModel::default();
+    viewer.follow_model(&mut again, |model| model.len() == 5).await;
+    assert_eq!(again, model);
+}
+
+#[tokio::test]
+async fn a_closed_session_says_farewell() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let mut viewer = server.join(VIEW).await;
+    let mut cart = server.join(INGEST).await;
+    assert_eq!(server.request("DELETE", "/api/sessions/a", None).await.0, 204);
+    for client in [&mut viewer, &mut cart] {
+        let (last_words, code) = client.hear_close().await;
+        let Some(from_server::Body::Farewell(farewell)) = last_words else { panic!("{last_words:?}") };
+        assert_eq!((farewell.text.as_str(), code), ("closed by request", limits::CLOSE_GOING_AWAY));
+    }
+}
+
+#[tokio::test]
+async fn a_lost_source_is_told_to_viewers() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let mut cart = server.join(INGEST).await;
+    let mut viewer = server.join(VIEW).await;
+    feed(&mut cart, 0..3).await;
+    drop(cart);
+    let lost = |body| match body {
+        from_server::Body::State(state) if state.status() == v1::SessionStatus::SourceLost => Some(state),
+        _ => None,
+    };
+    let state = viewer.hear_until(lost).await;
+    assert!(!state.source_present);
+}
+
+#[tokio::test]
+async fn a_viewer_may_not_talk_out_of_turn_or_at_length() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let mut impostor = server.join(VIEW).await;
+    let empty = v1::StereoPair::default();
+    impostor.say(to_server::Body::Pair(empty)).await;
+    assert_eq!(impostor.hear_close().await.1, limits::CLOSE_REFUSED);
+    let mut shouter = server.join(VIEW).await;
+    shouter.say(to_server::Body::Hello(protocol::hello(&"x".repeat(8 << 10)))).await;
+    assert_eq!(shouter.hear_close().await.1, limits::CLOSE_OVERSIZED);
+}
+
+#[tokio::test]
+async fn a_stopping_server_tells_everybody_and_ends() {
+    let mut server = TestServer::start().await;
+    server.open("a").await;
+    let mut cart = server.join(INGEST).await;
+    let mut viewer = server.join(VIEW).await;
+    feed(&mut cart, 0..2).await;
+    server.stop();
+    for client in [&mut viewer, &mut cart] {
+        let (last_words, code) = client.hear_close().await;
+        let Some(from_server::Body::Farewell(farewell)) = last_words else { panic!("{last_words:?}") };
+        assert_eq!((farewell.text.as_str(), code), ("the server is shutting down", limits::CLOSE_GOING_AWAY));
+    }
+    drop((cart, viewer));
+    assert!(server.registry.is_draining());
+    server.ended().await.unwrap();
+}
