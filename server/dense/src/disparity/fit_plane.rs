@@ -1,0 +1,57 @@
+//! Wrapper of `fit_plane.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use gpu::Binding::{Read, ReadWrite, Uniform};
+use gpu::{BoundKernel, Gpu, GpuError, KernelDeclaration};
+
+use super::buffers::Images;
+use super::config::DisparityConfig;
+use crate::preprocess::EyeBuffers;
+
+pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
+    "fit_plane",
+    concat!(include_str!("fit_plane.wgsl"), include_str!("common.wgsl")),
+    &[Uniform, Uniform, Read, Read, Read, ReadWrite],
+);
+
+/// `PlaneFit` of the WGSL.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct PlaneFit {
+    pub first_gate: f32,
+    pub second_gate: f32,
+    pub shift_max: f32,
+    pub fill_share_min: f32,
+    pub sigma_floor: f32,
+    pub residual_factor: f32,
+    pub missing: f32,
+    padding: f32,
+}
+
+impl PlaneFit {
+    pub fn new(config: &DisparityConfig) -> Self {
+        let (filter, spread) = (&config.filter, &config.spread);
+        Self {
+            first_gate: filter.first_gate_px as f32,
+            second_gate: filter.second_gate_px as f32,
+            shift_max: filter.shift_max_px as f32,
+            fill_share_min: filter.fill_share_min as f32,
+            sigma_floor: spread.floor_px as f32,
+            residual_factor: spread.residual_factor as f32,
+            missing: spread.missing_px as f32,
+            padding: 0.0,
+        }
+    }
+}
+
+/// Reads the filtered disparities, writes the planes.
+pub(super) fn bind(
+    gpu: &Gpu,
+    images: &Images,
+    left: &EyeBuffers,
+    fit: &PlaneFit,
+) -> Result<BoundKernel, GpuError> {
+    let fit = gpu.uniform("plane fit", fit)?;
+    let Images { whole, filtered, spreads, planes, .. } = images;
+    gpu.kernel(&DECLARATION)?.bind(gpu, &[whole, &fit, filtered, spreads, &left.masked, planes])
+}

@@ -1,0 +1,62 @@
+//! Wrapper of `measure_surface.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use geometry::StereoRig;
+use gpu::Binding::{Read, ReadWrite, Uniform};
+use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
+
+use super::upload::EyeBuffers;
+use crate::Observation;
+
+pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
+    "measure_surface",
+    include_str!("measure_surface.wgsl"),
+    &[Uniform, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite],
+);
+
+/// Less disparity than this beyond that of infinity, in pixels, is all noise.
+const DISPARITY_MIN_PX: f32 = 0.5;
+
+/// `Triangulation` of the WGSL.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Triangulation {
+    intrinsics: [f32; 4],
+    focal_baseline: f32,
+    disparity_at_infinity: f32,
+    disparity_min: f32,
+    width: u32,
+    height: u32,
+    words: u32,
+    padding: [u32; 2],
+}
+
+impl Triangulation {
+    pub fn new(rig: &StereoRig) -> Self {
+        let camera = &rig.left;
+        Self {
+            intrinsics: [camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px].map(|value| value as f32),
+            focal_baseline: (camera.fx_px * rig.baseline_m) as f32,
+            disparity_at_infinity: rig.disparity_at_infinity_px() as f32,
+            disparity_min: DISPARITY_MIN_PX,
+            width: camera.width_px,
+            height: camera.height_px,
+            words: camera.width_px.div_ceil(4),
+            padding: [0; 2],
+        }
+    }
+}
+
+/// Reads disparity planes and the left eye, writes the observation.
+pub(super) fn bind(
+    gpu: &Gpu,
+    rig: &Triangulation,
+    planes: &GpuBuffer<[f32; 4]>,
+    left: &EyeBuffers,
+    observation: &Observation,
+) -> Result<BoundKernel, GpuError> {
+    let rig = gpu.uniform("triangulation", rig)?;
+    let Observation { depth, sigma_z, normal, color, .. } = observation;
+    gpu.kernel(&DECLARATION)?
+        .bind(gpu, &[&rig, planes, &left.color, &left.masked, depth, sigma_z, normal, color])
+}
