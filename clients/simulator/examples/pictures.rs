@@ -1,4 +1,4 @@
-//! Writes pictures of every scene for looking at: `cargo run -p simulator --example pictures -- DIR [SEED] [SCENE]`.
+//! Writes pictures, depth and the truth mesh of every scene for looking at: `cargo run -p simulator --example pictures -- DIR [SEED] [SCENE]`.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -7,7 +7,9 @@ use std::time::Instant;
 use geometry::Rgb;
 use simulator::{SceneConfig, SceneKind, Simulation};
 
-const SHOWN_FRAMES: [u32; 4] = [0, 40, 90, 150];
+/// The last one is blurred by a jerk.
+const SHOWN_FRAMES: [u32; 5] = [0, 40, 90, 150, 182];
+const JERK_FRAME: u32 = 180;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -16,8 +18,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let only: Option<SceneKind> = arguments.next().map(|name| name.parse()).transpose()?;
     for scene in SceneKind::ALL.into_iter().filter(|kind| only.is_none_or(|only| only == *kind)) {
         let begun = Instant::now();
-        let simulation = Simulation::new(&SceneConfig { scene, seed, ..configured()? })?;
+        let simulation = Simulation::new(&SceneConfig {
+            scene,
+            seed,
+            jerk_mm: 25.0,
+            jerk_frame: JERK_FRAME,
+            ..configured()?
+        })?;
         eprintln!("{scene}: built in {:?}", begun.elapsed());
+        std::fs::write(folder.join(format!("{scene}_truth_mesh.npz")), simulation.truth_mesh().to_npz()?)?;
         for frame in SHOWN_FRAMES {
             let begun = Instant::now();
             let pair = simulation.frame(frame)?;

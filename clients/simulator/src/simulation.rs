@@ -2,6 +2,7 @@
 
 use geometry::{DepthMap, Pose, Rgb, StereoRig};
 use nalgebra::{Point3, Translation3, Vector3};
+use rayon::prelude::*;
 
 use crate::camera_path::CameraPath;
 use crate::deformation::Deformation;
@@ -52,7 +53,7 @@ impl Simulation {
     /// [`SimulatorError::OutOfRange`] for a value that cannot be simulated, [`SimulatorError::NothingInView`].
     pub fn new(config: &SceneConfig) -> Result<Self, SimulatorError> {
         config.check()?;
-        let scene = Scene::of_kind(config.scene, config.seed);
+        let scene = Scene::of_kind(config.scene, config.seed, coarseness(config.width_px));
         let path = CameraPath::new(config, scene.pivot_mm);
         let deformation = motion::plan(config, &scene, &path);
         let mut simulation = Self {
@@ -174,10 +175,15 @@ impl Simulation {
             let positions = self.positions(frame);
             let camera_from_world = self.world_from_camera(frame).inverse();
             let view = VisibilityBuffer::new(&positions, &self.scene.faces, &camera_from_world, &camera);
-            for (vertex, count) in seen.iter_mut().enumerate() {
+            seen.par_iter_mut().enumerate().for_each(|(vertex, count)| {
                 *count = count.saturating_add(u16::from(view.shows(vertex, SEEN_TOLERANCE_M)));
-            }
+            });
         }
         seen
     }
+}
+
+/// Edge length of the triangles against those for a picture of 640 columns; at most doubled, to keep the shapes.
+fn coarseness(width_px: u32) -> f64 {
+    (640.0 / f64::from(width_px)).clamp(1.0, 2.0)
 }

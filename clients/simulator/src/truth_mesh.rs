@@ -37,7 +37,7 @@ pub struct TruthMesh {
 }
 
 impl TruthMesh {
-    /// The NumPy archive that evaluation reads, in metres and seconds: `v0`, `faces`, `seen_frames`, `n_organ`,
+    /// The `npz` archive that evaluation reads, in metres and seconds: `v0`, `faces`, `seen_frames`, `n_organ`,
     /// `times`, `stamps`, `resp_gain`, `resp_vec`, `resp_hz`, `push_centre`, `push_vec`, `push_radius`, `push_start`,
     /// `push_dur`.
     ///

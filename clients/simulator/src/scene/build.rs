@@ -36,9 +36,12 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    pub(super) fn build(lattice: Lattice, recipe: Recipe, mut random: Pcg64) -> Self {
-        let patches: Vec<Patch> =
-            recipe.organs.par_iter().map(|organ| organ.body.patch(&lattice, organ.edge_mm)).collect();
+    pub(super) fn build(lattice: Lattice, recipe: Recipe, coarseness: f64, mut random: Pcg64) -> Self {
+        let patches: Vec<Patch> = recipe
+            .organs
+            .par_iter()
+            .map(|organ| organ.body.patch(&lattice, organ.edge_mm * coarseness))
+            .collect();
         let mut scene = Self {
             lattice,
             vertices: Vec::new(),

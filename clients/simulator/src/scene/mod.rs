@@ -56,7 +56,9 @@ pub(crate) struct Kitchen {
 
 impl Scene {
     /// The scene of a kind; the seed varies its shape, texture and vessels.
-    pub fn of_kind(kind: SceneKind, seed: u64) -> Self {
+    ///
+    /// `coarseness` scales the triangles: small pictures need no fine mesh.
+    pub fn of_kind(kind: SceneKind, seed: u64, coarseness: f64) -> Self {
         let mut random = Pcg64::seed_from_u64(seed);
         let lattice = Lattice::new(&mut random);
         let mut kitchen = Kitchen { random };
@@ -68,7 +70,7 @@ impl Scene {
             SceneKind::Abdomen => abdomen::recipe(&mut kitchen),
         };
         let random = kitchen.random;
-        Self::build(lattice, recipe, random)
+        Self::build(lattice, recipe, coarseness, random)
     }
 }
 
