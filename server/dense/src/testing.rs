@@ -145,7 +145,8 @@ fn surfels(view: &View, numbers: &mut Numbers) -> SurfelRows {
     let mut rows = SurfelRows::default();
     for slot in 0..SLOTS {
         let around = numbers.vector();
-        let center = Vector3::new(0.03 * around.x, 0.025 * around.y, 0.06 + 0.003 * around.z);
+        let before_m = if slot % 7 == 0 { 0.006 } else { 0.0 };
+        let center = Vector3::new(0.03 * around.x, 0.025 * around.y, 0.06 - before_m + 0.003 * around.z);
         let point = in_world(view, center);
         let tilted = (-Vector3::z() + 0.4 * numbers.vector()).normalize();
         let normal = view.world_from_camera * tilted;
