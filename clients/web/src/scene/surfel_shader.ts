@@ -12,6 +12,9 @@ export const vertexShader = /* glsl */ `
   flat out vec3 albedo;
   flat out float lambert;
 
+  // Discs as large as the spacing of a square grid leave holes at its corners; sqrt(2) closes them.
+  const float OVERLAP = 1.4142;
+
   vec3 unpackPosition(uvec2 word) {
     uvec3 code = uvec3(
       word.x & 0x1FFFFFu,
@@ -36,7 +39,7 @@ export const vertexShader = /* glsl */ `
     vec3 away = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
     vec3 tangent = normalize(cross(away, normal));
     vec3 bitangent = cross(normal, tangent);
-    vec3 point = centre + radius * (corner.x * tangent + corner.y * bitangent);
+    vec3 point = centre + OVERLAP * radius * (corner.x * tangent + corner.y * bitangent);
 
     vec3 normalInView = normalize(mat3(modelViewMatrix) * normal);
     vec3 toEye = -normalize((modelViewMatrix * vec4(centre, 1.0)).xyz);

@@ -9,7 +9,7 @@ import { outcomeName, statusName } from '../stream/names';
 import { SessionFeed } from '../stream/session_feed';
 import { element, setData, setText } from '../ui/dom';
 import type { Page } from '../ui/page';
-import { age, viewedStatusWording } from '../ui/wording';
+import { age, ageTone, viewedStatusWording } from '../ui/wording';
 import { Banner, messageFor } from './banner';
 import { Preview } from './preview';
 import { StatusPanel } from './status_panel';
@@ -159,7 +159,7 @@ export class SessionPage implements Page {
     setText(this.statusPill, status.text);
     setData(this.statusPill, 'tone', status.tone);
     setText(this.agePill, `Age ${age(shown.ageMs)}`);
-    setData(this.agePill, 'tone', shown.stale ? 'warning' : 'quiet');
+    setData(this.agePill, 'tone', ageTone(shown.ageMs));
     for (const name of ['connection', 'state', 'tracking', 'surfels', 'epoch', 'stale'] as const) {
       setData(this.root, name, String(shown[name]));
     }

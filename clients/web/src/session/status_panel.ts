@@ -1,6 +1,7 @@
 import { element, setData, setText } from '../ui/dom';
 import {
   age,
+  ageTone,
   bitRate,
   count,
   perSecond,
@@ -22,7 +23,6 @@ export interface Figures {
   readonly following: boolean;
   readonly epoch: number;
   readonly ageMs: number | null;
-  readonly stale: boolean;
   readonly poseAgeMs: number | null;
   readonly latencyMs: number | null;
   readonly matchedFeatures: number | null;
@@ -77,7 +77,7 @@ export class StatusPanel {
     this.set('picture', pictureText(figures.picture), figures.picture === 'good' ? undefined : 'warning');
     this.set('surfels', count(figures.surfels) + partly);
     this.set('epoch', count(figures.epoch));
-    this.set('modelAge', age(figures.ageMs), figures.stale ? 'warning' : undefined);
+    this.set('modelAge', age(figures.ageMs), ageTone(figures.ageMs));
     this.set('poseAge', age(figures.poseAgeMs));
     this.set('latency', figures.latencyMs === null ? '–' : `${Math.round(figures.latencyMs)} ms`);
     this.set('features', figures.matchedFeatures === null ? '–' : count(figures.matchedFeatures));

@@ -1,4 +1,5 @@
 /** Numbers and states as people read them. */
+import { STALE_AFTER_MS } from '../stream/data_age';
 
 /** How a state is coloured. */
 export type Tone = 'good' | 'warning' | 'bad' | 'quiet';
@@ -46,6 +47,11 @@ export function age(ms: number | null | undefined): string {
   if (ms < 9950) return `${(ms / 1000).toFixed(ms < 995 ? 2 : 1)} s`;
   if (ms < 120_000) return `${Math.round(ms / 1000)} s`;
   return `${Math.round(ms / 60_000)} min`;
+}
+
+/** Data older than half a second are to be noticed, whatever the reason. */
+export function ageTone(ms: number | null): Tone {
+  return ms !== null && ms > STALE_AFTER_MS ? 'warning' : 'quiet';
 }
 
 /** `1 234 567`, with narrow spaces. */
