@@ -18,6 +18,8 @@ pub struct TrackingConfig {
     pub search: SearchConfig,
     /// Pose from matches.
     pub pose: PoseConfig,
+    /// When the camera is taken not to move.
+    pub standstill: StandstillConfig,
     /// When a frame counts as tracked and what to try when it does not.
     pub recovery: RecoveryConfig,
     /// Keyframes and points.
@@ -108,6 +110,20 @@ pub struct PoseConfig {
     pub steps: u32,
 }
 
+/// Detection of a camera at rest before moving tissue.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StandstillConfig {
+    /// Side of the image cells that vote.
+    pub cell_px: f64,
+    /// Squared whitened residual per degree of freedom up to which a match is where the last pose puts it.
+    pub misfit_max: f64,
+    /// Share of cells that must be at rest.
+    pub share_min: f64,
+    /// The same relative to the cells that fit the best moving pose as tightly.
+    pub share_of_best_min: f64,
+}
+
 /// Acceptance of poses, and the way back.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -124,6 +140,8 @@ pub struct RecoveryConfig {
     pub ransac_samples_max: u32,
     /// RANSAC stops when a better sample is less likely than one minus this.
     pub ransac_confidence: f64,
+    /// Factor on the uncertainty of features in matches between whole images.
+    pub sigma_factor: f64,
     /// Keyframes tried per lost frame; older ones take turns.
     pub keyframes_per_frame: u32,
 }
@@ -176,6 +194,7 @@ impl TrackingConfig {
         self.stereo.validate()?;
         self.search.validate()?;
         self.pose.validate()?;
+        self.standstill.validate()?;
         self.recovery.validate()?;
         self.map.validate()
     }
@@ -230,6 +249,21 @@ impl PoseConfig {
         check("pose.sigma_px", self.sigma_px, self.sigma_px > 0.0 && self.sigma_px.is_finite(), "positive")?;
         check("pose.rounds", f64::from(self.rounds), (1..=20).contains(&self.rounds), "1 to 20")?;
         check("pose.steps", f64::from(self.steps), (1..=100).contains(&self.steps), "1 to 100")
+    }
+}
+
+impl StandstillConfig {
+    fn validate(&self) -> Result<(), TrackingError> {
+        check("standstill.cell_px", self.cell_px, self.cell_px >= 8.0, "8 or more")?;
+        check("standstill.misfit_max", self.misfit_max, self.misfit_max > 0.0, "positive")?;
+        check(
+            "standstill.share_min",
+            self.share_min,
+            self.share_min > 0.0,
+            "positive; above 1 turns it off",
+        )?;
+        let of_best = self.share_of_best_min;
+        check("standstill.share_of_best_min", of_best, of_best >= 0.0, "zero or more")
     }
 }
 

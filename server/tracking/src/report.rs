@@ -35,6 +35,8 @@ pub struct TrackedFeature {
 pub enum PoseSource {
     /// The first frame defines the world.
     FirstFrame,
+    /// The camera has not moved since the last frame, whatever the tissue did.
+    Standstill,
     /// Projection search around the motion model's prediction.
     MotionModel,
     /// The same with the wide window.

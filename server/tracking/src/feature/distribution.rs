@@ -1,4 +1,4 @@
-//! Even spread of corners by a quad-tree: the fullest node is split until there are as many nodes as corners wanted,
+//! Even spread of corners by a quad-tree: the largest node (of equals the fullest) is split until there are as many nodes as corners wanted,
 //! then each node keeps its strongest corner (as Mur-Artal's tracker does; our own formulation).
 
 use std::collections::BinaryHeap;
@@ -8,8 +8,8 @@ use super::fast::Corner;
 /// A rectangle `[x0, x1) x [y0, y1)` and the range of its corners in the working array; ordered by split priority.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Node {
-    corners: usize,
     area: u64,
+    corners: usize,
     first: usize,
     x0: u32,
     y0: u32,
@@ -20,7 +20,7 @@ struct Node {
 impl Node {
     fn new(first: usize, corners: usize, [x0, y0, x1, y1]: [u32; 4]) -> Self {
         let area = u64::from(x1 - x0) * u64::from(y1 - y0);
-        Self { corners, area, first, x0, y0, x1, y1 }
+        Self { area, corners, first, x0, y0, x1, y1 }
     }
 
     fn can_split(&self) -> bool {

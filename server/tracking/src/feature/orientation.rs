@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn the_disc_is_round() {
         assert_eq!(HALF_WIDTHS[0], 15);
-        assert_eq!(HALF_WIDTHS[11], 11);
+        assert_eq!(HALF_WIDTHS[11], 10);
         assert_eq!(HALF_WIDTHS[15], 3);
     }
 }

@@ -37,6 +37,8 @@ pub struct MapPoint {
     pub expected: u32,
     /// Frames that did, consistently with their pose.
     pub found: u32,
+    /// Running mean of the squared whitened residual per degree of freedom: large for points on moving tissue.
+    pub misfit: f64,
     /// Sightings, oldest first; only the map changes these.
     pub(super) seen: Vec<Seen>,
 }
@@ -53,6 +55,7 @@ impl MapPoint {
             created_in: seen.keyframe,
             expected: 1,
             found: 1,
+            misfit: MISFIT_AT_FIRST,
             seen: vec![seen],
         }
     }
@@ -65,6 +68,19 @@ impl MapPoint {
     /// Share of the frames that should have shown it and did.
     pub fn found_share(&self) -> f64 {
         f64::from(self.found) / f64::from(self.expected.max(1))
+    }
+
+    /// Factor on the point's information in pose estimation, 1 for one that never moved.
+    ///
+    /// Tissue that moves as one could outvote what stands still; but the still points have fitted for long. A point is trusted as far
+    /// as it has fitted before, so that those keep the camera where it is.
+    pub fn trust(&self) -> f64 {
+        trust_of(self.misfit)
+    }
+
+    /// Adds a sighting's squared whitened residual per degree of freedom to the running mean.
+    pub fn observe_misfit(&mut self, misfit: f64) {
+        self.misfit += MISFIT_RATE * (misfit.min(MISFIT_MAX) - self.misfit);
     }
 
     pub(super) fn summarise(&mut self, keyframes: &BTreeMap<KeyframeId, Keyframe>, scales: &[f32]) {
@@ -89,6 +105,24 @@ impl MapPoint {
             .collect();
         self.descriptor = medoid(&descriptors);
     }
+}
+
+/// What a new point is taken to have: it is not known yet whether it stands still.
+const MISFIT_AT_FIRST: f64 = 3.0;
+/// Share of the newest residual in the running mean.
+const MISFIT_RATE: f64 = 0.1;
+/// Larger ones are outliers whatever their size.
+const MISFIT_MAX: f64 = 30.0;
+/// Measurement noise alone gives residuals of this order, which say nothing about motion.
+const MISFIT_OF_NOISE: f64 = 0.3;
+
+fn trust_of(misfit: f64) -> f64 {
+    MISFIT_OF_NOISE / (MISFIT_OF_NOISE + misfit)
+}
+
+/// Factor on the information of a point that was measured once.
+pub fn trust_at_first() -> f64 {
+    trust_of(MISFIT_AT_FIRST)
 }
 
 /// Latest descriptors among which the representative one is chosen.

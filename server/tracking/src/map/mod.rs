@@ -8,7 +8,7 @@ mod map_point;
 
 pub use covisibility::{LocalMap, local_map};
 pub use keyframe::{Keyframe, KeyframeId};
-pub use map_point::{MapPoint, PointId, Seen};
+pub use map_point::{MapPoint, PointId, Seen, trust_at_first};
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,5 +1,6 @@
 //! Sub-pixel disparity: windows around a left corner and along the right row are compared on the corner's pyramid
-//! level by the sum of absolute differences after removal of their means; a parabola through the best three sums gives the fraction.
+//! level by the sum of absolute differences after removal of their means. Around its minimum such a sum falls and rises
+//! linearly, so two lines of equal and opposite slope through the best three sums give the fraction (a parabola is biased).
 
 use geometry::Gray;
 
@@ -62,8 +63,8 @@ pub fn refine(
         return None;
     }
     let [before, at, after] = [sums[best - 1], sums[best], sums[best + 1]].map(|sum| sum as f32);
-    let curvature = before + after - 2.0 * at;
-    let fraction = if curvature > 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
+    let slope = before.max(after) - at;
+    let fraction = if slope > 0.0 { 0.5 * (before - after) / slope } else { 0.0 };
     let area = ((2 * windows.radius + 1) * (2 * windows.radius + 1)) as f32;
     let x = (right_x + best as i32 - windows.search as i32) as f32 + fraction;
     Some(Refined { x, difference: at / area })

@@ -14,15 +14,21 @@ use crate::config::{PoseConfig, RecoveryConfig};
 /// Every call draws the same samples.
 const SEED: u128 = 0x5eed_0f5a_3131_e500;
 
-/// The pose that most observations agree on, refined; `None` where no sample of three agrees with `first_inliers_min`.
+/// The pose that most observations agree on, refined; `None` where fewer than `first_inliers_min` do.
+///
+/// All are taken to be `sigma_factor` times as uncertain as features are: between views so far apart tissue has moved.
 pub fn find_pose(
     rig: &StereoRig,
     points: &[PointObservation],
     pose_config: &PoseConfig,
     config: &RecoveryConfig,
 ) -> Option<PoseEstimate> {
-    let best = best_sample(rig, points, config)?;
-    let estimate = refine_pose(rig, &best, points, pose_config);
+    let mut points = points.to_vec();
+    for point in &mut points {
+        point.observation.sigma_px *= config.sigma_factor;
+    }
+    let best = best_sample(rig, &points, config)?;
+    let estimate = refine_pose(rig, &best, &points, pose_config);
     (estimate.inlier_count() >= config.first_inliers_min as usize).then_some(estimate)
 }
 
@@ -56,13 +62,10 @@ fn measured_point(rig: &StereoRig, point: &PointObservation) -> Option<Point3<f6
 }
 
 /// Sum of squared residuals cut off at the chi-square limit (MSAC, Torr and Zisserman 2000), and the share below it.
-///
-/// A pose from three measured points is itself noisy: the limit is taken three standard deviations wider.
 fn truncated_cost(rig: &StereoRig, camera_from_world: &Pose, points: &[PointObservation]) -> (f64, f64) {
-    const WIDENING: f64 = 9.0;
     let (mut cost, mut inliers) = (0.0, 0);
     for point in points {
-        let limit = WIDENING * point.observation.chi2_limit();
+        let limit = point.observation.chi2_limit();
         let chi2 = point.observation.chi2(rig, &(camera_from_world * point.point_in_world));
         inliers += usize::from(chi2 < limit);
         cost += chi2.min(limit);

@@ -4,4 +4,5 @@ pub mod absolute_pose;
 pub mod alignment;
 pub mod pose;
 pub mod reprojection;
+pub mod standstill;
 pub mod structure;

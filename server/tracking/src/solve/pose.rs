@@ -102,12 +102,12 @@ fn linearise<'a>(
 ) -> System {
     let mut system = System { hessian: Matrix6::zeros(), gradient: Vector6::zeros(), cost: 0.0 };
     let rotation = camera_from_world.rotation.to_rotation_matrix();
-    for PointObservation { point_in_world, observation } in points {
+    for PointObservation { point_in_world, observation, trust } in points {
         let point_in_camera = rotation * point_in_world + camera_from_world.translation.vector;
         let information = 1.0 / (observation.sigma_px * observation.sigma_px);
         let limit = observation.chi2_limit();
         let Some(residual) = observation.residual(rig, &point_in_camera) else {
-            system.cost += limit;
+            system.cost += trust * limit;
             continue;
         };
         let chi2 = residual.norm_squared() * information;
@@ -117,10 +117,10 @@ fn linearise<'a>(
             robust::RobustCost { cost: chi2, weight: 1.0 }
         };
         let jacobian = jacobian_pose(&observation.jacobian_point(rig, &point_in_camera), &point_in_camera);
-        let weighted_jacobian = jacobian * (weighted.weight * information);
+        let weighted_jacobian = jacobian * (trust * weighted.weight * information);
         system.hessian += weighted_jacobian.tr_mul(&jacobian);
         system.gradient += weighted_jacobian.tr_mul(&residual);
-        system.cost += weighted.cost;
+        system.cost += trust * weighted.cost;
     }
     system
 }

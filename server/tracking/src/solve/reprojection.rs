@@ -26,6 +26,8 @@ pub struct PointObservation {
     pub point_in_world: Point3<f64>,
     /// Where it was seen.
     pub observation: Observation,
+    /// Factor on its information: less than 1 for points that may have moved.
+    pub trust: f64,
 }
 
 impl Observation {
@@ -48,6 +50,12 @@ impl Observation {
     pub fn chi2(&self, rig: &StereoRig, point_in_camera: &Point3<f64>) -> f64 {
         self.residual(rig, point_in_camera)
             .map_or(f64::INFINITY, |residual| residual.norm_squared() / (self.sigma_px * self.sigma_px))
+    }
+
+    /// Squared whitened residual per degree of freedom, 1 on average for Gaussian noise of `sigma_px`.
+    pub fn misfit(&self, rig: &StereoRig, point_in_camera: &Point3<f64>) -> f64 {
+        let degrees_of_freedom = if self.right_x_px.is_some() { 3.0 } else { 2.0 };
+        self.chi2(rig, point_in_camera) / degrees_of_freedom
     }
 
     /// Whether the whitened residual passes the chi-square test.

@@ -116,7 +116,7 @@ impl Tracker {
             source: PoseSource::FirstFrame,
             reference: None,
             expected: Vec::new(),
-            matched: 0,
+            misfits: Vec::new(),
         })
     }
 
@@ -142,7 +142,7 @@ impl Tracker {
         self.count_sightings(&located);
         let keyframe = self.keyframe_reason(&located, track);
         let inliers = located.inliers();
-        let Located { mut posed, source, reference, expected, matched } = located;
+        let Located { mut posed, source, reference, expected, misfits } = located;
         let reference = match (keyframe, reference) {
             (None, Some(reference)) => reference,
             _ => self.make_keyframe(&mut posed),
@@ -153,7 +153,7 @@ impl Tracker {
             source: Some(source),
             matched: posed.matches.iter().map(Option::is_some).collect(),
             searched_points: expected.len(),
-            matches: matched,
+            matches: misfits.len(),
             inliers,
             keyframe,
         };
@@ -173,6 +173,11 @@ impl Tracker {
         for &id in &located.expected {
             if let Some(point) = self.map.point_mut(id) {
                 point.expected = point.expected.saturating_add(1);
+            }
+        }
+        for &(id, misfit) in &located.misfits {
+            if let Some(point) = self.map.point_mut(id) {
+                point.observe_misfit(misfit);
             }
         }
         for &id in located.posed.matches.iter().flatten() {

@@ -3,18 +3,18 @@
 use std::sync::Arc;
 
 use geometry::{Pose, StereoRig};
-use nalgebra::Point3;
 
 use crate::config::TrackingConfig;
 use crate::frame::FrameFeatures;
 use crate::local_mapping::PosedFrame;
-use crate::map::{Keyframe, KeyframeId, Map, PointId, local_map};
+use crate::map::{Keyframe, KeyframeId, Map, PointId, local_map, trust_at_first};
 use crate::matching::brute_force::mutual_matches;
 use crate::matching::projection::{Found, ProjectionSearch};
 use crate::report::PoseSource;
 use crate::solve::absolute_pose::find_pose;
 use crate::solve::pose::{PoseEstimate, refine_pose};
-use crate::solve::reprojection::PointObservation;
+use crate::solve::reprojection::{PointObservation, inliers};
+use crate::solve::standstill::still_share;
 
 /// A frame of unknown pose.
 #[derive(Clone, Copy)]
@@ -32,8 +32,8 @@ pub(super) struct Located {
     pub(super) reference: Option<KeyframeId>,
     /// Local map points that the camera should see.
     pub(super) expected: Vec<PointId>,
-    /// Those found, whether or not they fit the pose.
-    pub(super) matched: usize,
+    /// Those found, and how badly each fits the pose.
+    pub(super) misfits: Vec<(PointId, f64)>,
 }
 
 impl Located {
@@ -64,8 +64,15 @@ impl PoseSearch<'_> {
         windows.into_iter().find_map(|(radius_px, source, start)| {
             let points = last.matches.iter().flatten().copied();
             let found = self.projection(radius_px).run(frame.features, self.map, points, start);
-            let (_, first) = self.estimate(frame.features, &found.matches, start)?;
-            self.against_local_map(frame, &first, source, self.config.recovery.inliers_min)
+            let matched = self.observe(frame.features, &found.matches);
+            let estimate = self.refine(&matched.observations, start)?;
+            let first = FirstEstimate {
+                camera_from_world: estimate.camera_from_world,
+                points: matched.inlier_points(&estimate.inliers),
+                resting: Some(last.camera_from_world),
+                source,
+            };
+            self.against_local_map(frame, &first, self.config.recovery.inliers_min)
         })
     }
 
@@ -80,85 +87,92 @@ impl PoseSearch<'_> {
             search.brute_force_ratio,
         );
         let world_from_keyframe = keyframe.camera_from_world.inverse();
-        let mut points = Vec::new();
-        let mut matches = vec![None; frame.features.len()];
+        let (mut observations, mut points) = (Vec::new(), Vec::new());
         for (theirs, ours) in pairs {
-            let mapped = keyframe.points()[theirs];
-            let position = mapped.and_then(|id| Some(self.map.point(id)?.position_in_world));
-            let measured = || keyframe.frame.point_in_world(theirs, self.rig, &world_from_keyframe);
-            let Some(point_in_world) = position.or_else(measured) else { continue };
-            points.push(self.point_observation(point_in_world, frame.features, ours));
-            matches[ours] = mapped;
+            let mapped = keyframe.points()[theirs].and_then(|id| Some((id, self.map.point(id)?)));
+            points.extend(mapped.map(|(id, _)| id));
+            let measured = || {
+                let position = keyframe.frame.point_in_world(theirs, self.rig, &world_from_keyframe)?;
+                Some((position, trust_at_first()))
+            };
+            let known = mapped.map(|(_, point)| (point.position_in_world, point.trust()));
+            let Some((point_in_world, trust)) = known.or_else(measured) else { continue };
+            let observation = frame.features.observation(ours, self.scales, &self.config.pose);
+            observations.push(PointObservation { point_in_world, observation, trust });
         }
-        let estimate = find_pose(self.rig, &points, &self.config.pose, &self.config.recovery)?;
+        let estimate = find_pose(self.rig, &observations, &self.config.pose, &self.config.recovery)?;
         let inliers_min = match source {
             PoseSource::Relocalisation => self.config.recovery.recovery_inliers_min,
             _ => self.config.recovery.inliers_min,
         };
-        let first = FirstEstimate { camera_from_world: estimate.camera_from_world, matches };
-        self.against_local_map(frame, &first, source, inliers_min)
+        let camera_from_world = estimate.camera_from_world;
+        self.against_local_map(
+            frame,
+            &FirstEstimate { camera_from_world, points, resting: None, source },
+            inliers_min,
+        )
     }
 
     /// Looks for all points that keyframes around the first matches see, close to where the pose puts them.
-    fn against_local_map(
-        &self,
-        frame: Frame,
-        first: &FirstEstimate,
-        source: PoseSource,
-        inliers_min: u32,
-    ) -> Option<Located> {
+    fn against_local_map(&self, frame: Frame, first: &FirstEstimate, inliers_min: u32) -> Option<Located> {
         let keyframes = self.config.map.local_keyframes as usize;
-        let local = local_map(self.map, first.matches.iter().flatten().copied(), keyframes);
+        let local = local_map(self.map, first.points.iter().copied(), keyframes);
         let start = &first.camera_from_world;
         let search = self.projection(self.config.search.map_radius_px);
         let Found { matches, expected } =
             search.run(frame.features, self.map, local.points.into_iter(), start);
-        let (matched, fit) = self.estimate(frame.features, &matches, start)?;
-        let posed = PosedFrame {
-            stamp_ns: frame.stamp_ns,
-            camera_from_world: fit.camera_from_world,
-            frame: Arc::clone(frame.features),
-            matches: fit.matches,
+        let matched = self.observe(frame.features, &matches);
+        let free = self.refine(&matched.observations, start)?;
+        let resting = first.resting.filter(|pose| self.is_at_rest(&matched.observations, pose, &free));
+        let (estimate, source) = match resting {
+            Some(pose) => (self.unmoved(&matched.observations, pose), PoseSource::Standstill),
+            None => (free, first.source),
         };
-        let located = Located { posed, source, reference: local.reference, expected, matched };
-        (located.inliers() >= inliers_min as usize).then_some(located)
-    }
-
-    /// Refines a pose on matches and keeps those that fit; also the number there were.
-    fn estimate(
-        &self,
-        features: &FrameFeatures,
-        matches: &[Option<PointId>],
-        start: &Pose,
-    ) -> Option<(usize, FirstEstimate)> {
-        let mut matched = Vec::new();
-        let mut points = Vec::new();
-        for (feature, id) in matches.iter().enumerate() {
-            let Some(point) = id.and_then(|id| self.map.point(id)) else { continue };
-            matched.push(feature);
-            points.push(self.point_observation(point.position_in_world, features, feature));
-        }
-        let first_inliers_min = self.config.recovery.first_inliers_min as usize;
-        if points.len() < first_inliers_min {
+        if estimate.inlier_count() < inliers_min as usize {
             return None;
         }
-        let estimate: PoseEstimate = refine_pose(self.rig, start, &points, &self.config.pose);
-        let mut kept = vec![None; matches.len()];
-        for (&feature, _) in matched.iter().zip(&estimate.inliers).filter(|(_, inlier)| **inlier) {
-            kept[feature] = matches[feature];
-        }
-        let fit = FirstEstimate { camera_from_world: estimate.camera_from_world, matches: kept };
-        (estimate.inlier_count() >= first_inliers_min).then_some((matched.len(), fit))
+        let camera_from_world = estimate.camera_from_world;
+        let posed = PosedFrame {
+            stamp_ns: frame.stamp_ns,
+            camera_from_world,
+            frame: Arc::clone(frame.features),
+            matches: matched.inliers_by_feature(&estimate.inliers, frame.features.len()),
+        };
+        let misfits = matched.misfits(self.rig, &camera_from_world);
+        Some(Located { posed, source, reference: local.reference, expected, misfits })
     }
 
-    fn point_observation(
-        &self,
-        point_in_world: Point3<f64>,
-        features: &FrameFeatures,
-        feature: usize,
-    ) -> PointObservation {
-        let observation = features.observation(feature, self.scales, &self.config.pose);
-        PointObservation { point_in_world, observation }
+    /// Whether enough of the image is where a pose puts it, and not many times more is where the best pose puts it.
+    fn is_at_rest(&self, points: &[PointObservation], pose: &Pose, free: &PoseEstimate) -> bool {
+        let config = &self.config.standstill;
+        let resting = still_share(self.rig, pose, points, config);
+        let moving = still_share(self.rig, &free.camera_from_world, points, config);
+        resting >= config.share_min && resting >= config.share_of_best_min * moving
+    }
+
+    fn unmoved(&self, points: &[PointObservation], pose: Pose) -> PoseEstimate {
+        PoseEstimate { camera_from_world: pose, inliers: inliers(self.rig, &pose, points) }
+    }
+
+    fn refine(&self, observations: &[PointObservation], start: &Pose) -> Option<PoseEstimate> {
+        let first_inliers_min = self.config.recovery.first_inliers_min as usize;
+        if observations.len() < first_inliers_min {
+            return None;
+        }
+        let estimate = refine_pose(self.rig, start, observations, &self.config.pose);
+        (estimate.inlier_count() >= first_inliers_min).then_some(estimate)
+    }
+
+    fn observe(&self, features: &FrameFeatures, matches: &[Option<PointId>]) -> Matched {
+        let mut matched = Matched { places: Vec::new(), observations: Vec::new() };
+        for (feature, id) in matches.iter().enumerate() {
+            let Some((id, point)) = id.and_then(|id| Some((id, self.map.point(id)?))) else { continue };
+            let observation = features.observation(feature, self.scales, &self.config.pose);
+            let (point_in_world, trust) = (point.position_in_world, point.trust());
+            matched.places.push((feature, id));
+            matched.observations.push(PointObservation { point_in_world, observation, trust });
+        }
+        matched
     }
 
     fn projection(&self, radius_px: f32) -> ProjectionSearch<'_> {
@@ -166,10 +180,46 @@ impl PoseSearch<'_> {
     }
 }
 
-/// A pose and the matches behind it.
+/// Where the local map search starts.
 struct FirstEstimate {
     camera_from_world: Pose,
-    matches: Vec<Option<PointId>>,
+    /// Points seen, which choose the local map.
+    points: Vec<PointId>,
+    /// The last pose, where there is one to have stayed at.
+    resting: Option<Pose>,
+    source: PoseSource,
+}
+
+/// Features with their map points, and the same as observations, index by index.
+struct Matched {
+    places: Vec<(usize, PointId)>,
+    observations: Vec<PointObservation>,
+}
+
+impl Matched {
+    fn inliers<'a>(&'a self, inliers: &'a [bool]) -> impl Iterator<Item = (usize, PointId)> + 'a {
+        self.places.iter().zip(inliers).filter(|(_, inlier)| **inlier).map(|(place, _)| *place)
+    }
+
+    fn inlier_points(&self, inliers: &[bool]) -> Vec<PointId> {
+        self.inliers(inliers).map(|(_, id)| id).collect()
+    }
+
+    fn inliers_by_feature(&self, inliers: &[bool], features: usize) -> Vec<Option<PointId>> {
+        let mut by_feature = vec![None; features];
+        for (feature, id) in self.inliers(inliers) {
+            by_feature[feature] = Some(id);
+        }
+        by_feature
+    }
+
+    /// How badly each point fits a pose.
+    fn misfits(&self, rig: &StereoRig, camera_from_world: &Pose) -> Vec<(PointId, f64)> {
+        let misfit = |point: &PointObservation| {
+            point.observation.misfit(rig, &(camera_from_world * point.point_in_world))
+        };
+        self.places.iter().zip(&self.observations).map(|(&(_, id), point)| (id, misfit(point))).collect()
+    }
 }
 
 /// Keyframes to try for a frame that nothing else explains: the newest, then older ones in turns by attempt.
