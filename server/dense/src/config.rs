@@ -39,8 +39,8 @@ pub struct FusionConfig {
     pub gate_sigmas: f64,
     /// Largest angle between the normals.
     pub angle_max_deg: f64,
-    /// Standard deviation of depth at which a measurement weighs 1.
-    pub reference_sigma_mm: f64,
+    /// Standard deviation of disparity up to which a measurement weighs 1.
+    pub reference_sigma_px: f64,
     /// Least weight of a measurement.
     pub measurement_weight_min: f64,
     /// The paper's `omega_max`.
@@ -97,7 +97,7 @@ impl DenseConfig {
         let positive = [
             ("dense.surfel_spacing_mm", self.surfel_spacing_mm),
             ("dense.fusion.gate_mm", fusion.gate_mm),
-            ("dense.fusion.reference_sigma_mm", fusion.reference_sigma_mm),
+            ("dense.fusion.reference_sigma_px", fusion.reference_sigma_px),
             ("dense.fusion.measurement_weight_min", fusion.measurement_weight_min),
             ("dense.fusion.weight_max", f64::from(fusion.weight_max)),
             ("dense.fusion.weight_stable", f64::from(fusion.weight_stable)),

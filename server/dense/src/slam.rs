@@ -74,7 +74,7 @@ impl DenseSlam {
     ) -> Result<Self, DenseError> {
         let size = (rig.left.width_px, rig.left.height_px);
         let observation = Observation::new(&gpu, size.0, size.1)?;
-        let model = SurfelModel::new(gpu.clone(), rig.left, &observation, dense)?;
+        let model = SurfelModel::new(gpu.clone(), rig, &observation, dense)?;
         let preprocess = Preprocess::new(&gpu, size, disparity)?;
         let range = DisparityRange::of_rig(&rig, disparity)?;
         let disparity = DisparityStage::new(&gpu, &preprocess, range, disparity)?;

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use geometry::{Pinhole, Pose};
+use geometry::{Pinhole, Pose, StereoRig};
 use gpu::{AdapterSelection, BoundKernel, FrameRecorder, Gpu, StageTimer};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
@@ -81,6 +81,8 @@ impl Fixture {
             cx_px: 17.5,
             cy_px: 14.2,
         };
+        // such that the reference spread at 60 mm is about 0.3 mm
+        let rig = StereoRig { left: camera, baseline_m: 0.075, right_cx_px: camera.cx_px };
         let rotation = UnitQuaternion::from_euler_angles(0.1, -0.2, 0.3);
         let world_from_camera = Pose::from_parts(Vector3::new(0.01, -0.02, 0.03).into(), rotation);
         let view = View { pinhole: camera, world_from_camera };
@@ -89,8 +91,8 @@ impl Fixture {
         let store = SurfelStore::new(&gpu, 2048).unwrap();
         upload(&gpu, &store, &rows);
         let observation = Observation::new(&gpu, WIDTH, HEIGHT).unwrap();
-        let buffers = FrameBuffers::new(&gpu, &camera, &observation, store, &config).unwrap();
-        let mut settings = FusionSettings::new(&config, 2048);
+        let buffers = FrameBuffers::new(&gpu, &rig, &observation, store, &config).unwrap();
+        let mut settings = FusionSettings::new(&config, 40.0 * rig.baseline_m, 2048);
         (settings.slots, settings.capacity, settings.frame, settings.next_id) =
             (SLOTS as u32, 2048, 40, 9000);
         settings.seed = 77;

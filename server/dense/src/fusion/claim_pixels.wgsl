@@ -34,6 +34,6 @@ fn claim_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = vec2<f32>(f32(pixel % view.size.x), f32(pixel / view.size.x));
     let point = transform_point(view.world_from_camera, ray(view.intrinsics, at) * measured);
     let place = cell_hash(cell_of(point, 1.0 / settings.spacing_m), settings.seed) & settings.table_mask;
-    let spread = u32(clamp(sigma / settings.reference_sigma_m * 64.0, 0.0, 255.0));
+    let spread = u32(clamp(relative_spread(sigma, measured, settings) * 64.0, 0.0, 255.0));
     atomicMax(&claims[place], ((255u - spread) << 23u) | (0x7fffffu - pixel));
 }

@@ -8,7 +8,7 @@ use crate::model::FrameBuffers;
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "claim_surfels",
     include_str!("claim_surfels.wgsl"),
-    &[Uniform, Uniform, Read, Read, Read, Read, Read, ReadWrite, ReadWrite],
+    &[Uniform, Uniform, Read, Read, Read, Read, Read, Read, ReadWrite, ReadWrite],
 );
 
 /// Reads the surfels, writes the covered pixels and the claims.
@@ -20,6 +20,7 @@ pub(super) fn bind(gpu: &Gpu, frame: &FrameBuffers) -> Result<BoundKernel, GpuEr
             &frame.view,
             &frame.settings,
             &observation.depth,
+            &observation.sigma_z,
             &frame.results,
             &store.geometry,
             &store.orientation,

@@ -9,13 +9,14 @@
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> settings: FusionSettings;
 @group(0) @binding(2) var<storage, read> depth: array<f32>;
-@group(0) @binding(3) var<storage, read> results: array<u32>;
-@group(0) @binding(4) var<storage, read> geometry: array<vec4<f32>>;
-@group(0) @binding(5) var<storage, read> orientation: array<vec4<f32>>;
-@group(0) @binding(6) var<storage, read> history: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> sigma_z: array<f32>;
+@group(0) @binding(4) var<storage, read> results: array<u32>;
+@group(0) @binding(5) var<storage, read> geometry: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read> orientation: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read> history: array<vec4<u32>>;
 // one bit per pixel
-@group(0) @binding(7) var<storage, read_write> covered: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> claims: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> covered: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> claims: array<atomic<u32>>;
 
 const REACH_MAX: f32 = 12.0;
 
@@ -41,11 +42,11 @@ fn cover(point: vec3<f32>) {
     let reach = clamp(settings.cover_radius_m * view.intrinsics.x / point.z, 0.5, REACH_MAX);
     let first = vec2<i32>(max(ceil(at - reach), vec2<f32>(0.0)));
     let last = vec2<i32>(min(floor(at + reach), vec2<f32>(view.size) - 1.0));
-    let gate = settings.gate_m + settings.cover_radius_m;
     for (var y = first.y; y <= last.y; y++) {
         for (var x = first.x; x <= last.x; x++) {
             let offset = vec2<f32>(f32(x), f32(y)) - at;
             let pixel = u32(y) * view.size.x + u32(x);
+            let gate = depth_gate(sigma_z[pixel], settings) + settings.cover_radius_m;
             if dot(offset, offset) <= reach * reach && abs(depth[pixel] - point.z) < gate {
                 atomicOr(&covered[pixel / 32u], 1u << (pixel % 32u));
             }

@@ -73,7 +73,7 @@ fn fuse(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let gate = depth_gate(sigma, settings);
-    let weight = measurement_weight(sigma, settings);
+    let weight = measurement_weight(sigma, measured, settings);
     let between = depth_between(at, measured, gate);
     if abs(point.z - between) < gate {
         register_surfel(slot, index, point, between, weight);

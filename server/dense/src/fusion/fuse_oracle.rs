@@ -70,7 +70,7 @@ fn fuse_one(fixture: &Fixture, rows: &SurfelRows, slot: usize) -> Fused {
         return fused;
     }
     let gate = f64::from(settings.gate_m).max(f64::from(settings.gate_sigmas) * sigma);
-    let ratio = f64::from(settings.reference_sigma_m) / sigma;
+    let ratio = f64::from(settings.reference_sigma_per_square_depth) * measured * measured / sigma;
     let weight = (ratio * ratio).clamp(settings.weight_min.into(), 1.0);
     let between = depth_between(fixture, (at.x, at.y), measured, gate);
     fused.close_call |= ((point.z - between).abs() - gate).abs() < 1e-6;

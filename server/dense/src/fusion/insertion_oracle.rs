@@ -52,16 +52,22 @@ fn is_measured(fixture: &Fixture, pixel: usize) -> bool {
     finite && depth > 0.0 && sigma > 0.0 && fixture.normal[pixel][3] != 0.0
 }
 
+fn relative_spread(fixture: &Fixture, pixel: usize) -> f32 {
+    let depth = fixture.depth[pixel];
+    fixture.sigma_z[pixel] / (fixture.settings.reference_sigma_per_square_depth * depth * depth)
+}
+
 fn cover(fixture: &Fixture, slot: usize, covered: &mut BTreeSet<usize>) {
     let (settings, camera) = (&fixture.settings, &fixture.view.pinhole);
     let point =
         fixture.view.world_from_camera.inverse() * Point3::from(position(fixture, slot).cast::<f64>());
     let at = camera.project(&point);
     let reach = (f64::from(settings.cover_radius_m) * camera.fx_px / point.z).clamp(0.5, 12.0);
-    let gate = f64::from(settings.gate_m + settings.cover_radius_m);
     for pixel in 0..fixture.pixels() {
         let columns = camera.width_px as usize;
         let offset = Point2::new((pixel % columns) as f64, (pixel / columns) as f64) - at;
+        let gate_m = settings.gate_m.max(settings.gate_sigmas * fixture.sigma_z[pixel]);
+        let gate = f64::from(gate_m + settings.cover_radius_m);
         if offset.norm() <= reach && (f64::from(fixture.depth[pixel]) - point.z).abs() < gate {
             covered.insert(pixel);
         }
@@ -84,7 +90,7 @@ fn claims(fixture: &Fixture) -> Claims {
     {
         let cell = cell_of(pixel_in_world(fixture, pixel), settings.spacing_m);
         let place = place(cell, settings.seed, settings.table_mask);
-        let spread = (fixture.sigma_z[pixel] / settings.reference_sigma_m * 64.0).clamp(0.0, 255.0) as u32;
+        let spread = (relative_spread(fixture, pixel) * 64.0).clamp(0.0, 255.0) as u32;
         table[place] = table[place].max(((255 - spread) << 23) | (0x7f_ffff - pixel as u32));
     }
     Claims { table, covered }
@@ -205,8 +211,8 @@ fn the_pixels_that_won_a_cell_are_lifted_in_order() {
         let expected = pixel_in_world(&fixture, pixel);
         let off = (Vector3::from_column_slice(&all.geometry[slot][..3]) - expected).norm();
         assert!(off < 1e-7, "pixel {pixel}: {off}");
-        let ratio = fixture.settings.reference_sigma_m / fixture.sigma_z[pixel];
-        let weight = (ratio * ratio).clamp(fixture.settings.weight_min, 1.0);
+        let spread = relative_spread(&fixture, pixel);
+        let weight = (1.0 / (spread * spread)).clamp(fixture.settings.weight_min, 1.0);
         assert!((all.orientation[slot][3] - weight).abs() < 1e-5);
         let id = fixture.settings.next_id + number as u32;
         assert_eq!(all.history[slot], [id, fixture.settings.frame, fixture.settings.frame, ALIVE]);

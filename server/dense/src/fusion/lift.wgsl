@@ -33,7 +33,7 @@ fn lift(@builtin(global_invocation_id) id: vec3<u32>) {
     let facing = -dot(normal, normalize(direction));
     let radius = disc_radius(depth[pixel], view.intrinsics.x, facing, settings.spacing_m);
     let point = transform_point(view.world_from_camera, direction * depth[pixel]);
-    let weight = measurement_weight(sigma_z[pixel], settings);
+    let weight = measurement_weight(sigma_z[pixel], depth[pixel], settings);
     let color = colors[pixel];
     geometry[slot] = vec4<f32>(point, radius);
     orientation[slot] = vec4<f32>(rotate(view.world_from_camera, normal), weight);

@@ -22,7 +22,7 @@ pub(crate) struct FusionSettings {
     pub gate_m: f32,
     pub gate_sigmas: f32,
     pub angle_cos_min: f32,
-    pub reference_sigma_m: f32,
+    pub reference_sigma_per_square_depth: f32,
     pub weight_min: f32,
     pub weight_max: f32,
     pub weight_stable: f32,
@@ -41,14 +41,15 @@ pub(crate) struct FusionSettings {
 }
 
 impl FusionSettings {
-    /// What stays the same from frame to frame; the counters are zero.
-    pub fn new(config: &DenseConfig, table_places: u32) -> Self {
+    /// What stays the same from frame to frame; the counters are zero. A disparity's standard deviation is that of a
+    /// depth times `focal_baseline / z^2`, with focal length times baseline in px m.
+    pub fn new(config: &DenseConfig, focal_baseline: f64, table_places: u32) -> Self {
         let (fusion, rejection) = (&config.fusion, &config.rejection);
         Self {
             gate_m: metres(fusion.gate_mm),
             gate_sigmas: fusion.gate_sigmas as f32,
             angle_cos_min: fusion.angle_max_deg.to_radians().cos() as f32,
-            reference_sigma_m: metres(fusion.reference_sigma_mm),
+            reference_sigma_per_square_depth: (fusion.reference_sigma_px / focal_baseline) as f32,
             weight_min: fusion.measurement_weight_min as f32,
             weight_max: fusion.weight_max,
             weight_stable: fusion.weight_stable,

@@ -1,6 +1,6 @@
 //! The buffers that the stages of a frame share.
 
-use geometry::Pinhole;
+use geometry::StereoRig;
 use gpu::{Gpu, GpuBuffer, PrefixSum};
 
 use crate::config::DenseConfig;
@@ -36,21 +36,22 @@ impl FrameBuffers {
     /// Buffers for frames like `observation` over `store`.
     pub fn new(
         gpu: &Gpu,
-        camera: &Pinhole,
+        rig: &StereoRig,
         observation: &Observation,
         store: SurfelStore,
         config: &DenseConfig,
     ) -> Result<Self, DenseError> {
         let pixels = checked_pixels(observation.width, observation.height)?;
         let scale = config.index_map_scale;
-        let standing = View { pinhole: *camera, world_from_camera: geometry::Pose::identity() };
+        let standing = View { pinhole: rig.left, world_from_camera: geometry::Pose::identity() };
         let view = gpu.uniform("view", &standing.to_gpu())?;
         let index_map = IndexMap::new(gpu, &view, &store, pixels * (scale * scale) as usize)?;
         let places = claim_places(pixels);
         Ok(Self {
             observation: observation.clone(),
             view,
-            settings: gpu.uniform("fusion settings", &FusionSettings::new(config, places))?,
+            settings: gpu
+                .uniform("fusion settings", &FusionSettings::new(config, focal_baseline(rig), places))?,
             index_scale: gpu.uniform("index map scale", &scale)?,
             index_map,
             results: gpu.storage("results", RESULTS)?,
@@ -60,6 +61,11 @@ impl FrameBuffers {
             store,
         })
     }
+}
+
+/// Focal length times baseline, px m.
+pub(crate) fn focal_baseline(rig: &StereoRig) -> f64 {
+    rig.left.fx_px * rig.baseline_m
 }
 
 /// Places in the claim table: a power of two, so many that most cells have one to themselves.

@@ -8,7 +8,7 @@ pub use report::{DiscardReason, FusionReport};
 
 use std::sync::Arc;
 
-use geometry::{Pinhole, Pose};
+use geometry::{Pose, StereoRig};
 use gpu::{FrameRecorder, Gpu, KernelDeclaration, PrefixSum, Readback, StageTimer};
 
 use crate::change_set::{ChangeSet, Publisher};
@@ -74,7 +74,7 @@ struct Counts {
 #[derive(Debug)]
 pub struct SurfelModel {
     gpu: Arc<Gpu>,
-    camera: Pinhole,
+    rig: StereoRig,
     config: DenseConfig,
     bound: Bound,
     settings: FusionSettings,
@@ -91,7 +91,7 @@ impl SurfelModel {
     /// [`DenseError::Config`], [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
     pub fn new(
         gpu: Arc<Gpu>,
-        camera: Pinhole,
+        rig: StereoRig,
         observation: &Observation,
         config: &DenseConfig,
     ) -> Result<Self, DenseError> {
@@ -101,13 +101,17 @@ impl SurfelModel {
         let store = SurfelStore::new(&gpu, config.surfel_capacity)?;
         clear_held(&gpu, &timer, &store)?;
         Ok(Self {
-            bound: Bound::new(&gpu, &camera, observation, store, config)?,
-            settings: FusionSettings::new(config, buffers::claim_places(pixels)),
+            bound: Bound::new(&gpu, &rig, observation, store, config)?,
+            settings: FusionSettings::new(
+                config,
+                buffers::focal_baseline(&rig),
+                buffers::claim_places(pixels),
+            ),
             counts: Counts::default(),
             results: Readback::new(&gpu, "results read", RESULTS)?,
             lifted: Readback::new(&gpu, "lifted read", 1)?,
             timer,
-            camera,
+            rig,
             config: config.clone(),
             gpu,
         })
@@ -119,7 +123,7 @@ impl SurfelModel {
     /// [`DenseError::Gpu`].
     pub fn prepare(&mut self, frame_index: u32, world_from_camera: &Pose) -> Result<(), DenseError> {
         self.make_room()?;
-        let view = View { pinhole: self.camera, world_from_camera: *world_from_camera };
+        let view = View { pinhole: self.rig.left, world_from_camera: *world_from_camera };
         self.gpu.write(&self.bound.buffers.view, 0, &[view.to_gpu()])?;
         let counts = &self.counts;
         self.settings.slots = counts.slots;
@@ -231,7 +235,7 @@ impl SurfelModel {
         store.copy_from(&mut frame, &self.bound.buffers.store, self.counts.slots as usize)?;
         frame.submit().collect()?;
         let observation = self.bound.buffers.observation.clone();
-        self.bound = Bound::new(&self.gpu, &self.camera, &observation, store, &self.config)?;
+        self.bound = Bound::new(&self.gpu, &self.rig, &observation, store, &self.config)?;
         Ok(())
     }
 }
@@ -239,7 +243,7 @@ impl SurfelModel {
 impl Bound {
     fn new(
         gpu: &Gpu,
-        camera: &Pinhole,
+        rig: &StereoRig,
         observation: &Observation,
         store: SurfelStore,
         config: &DenseConfig,
@@ -247,7 +251,7 @@ impl Bound {
         let marked = PrefixSum::new(gpu, store.capacity() as usize)?;
         let compaction = Compaction::new(gpu, &store, &marked)?;
         let publisher = Publisher::new(gpu, &store, &marked, &config.publish)?;
-        let buffers = FrameBuffers::new(gpu, camera, observation, store, config)?;
+        let buffers = FrameBuffers::new(gpu, rig, observation, store, config)?;
         let statistics = Statistics::new(gpu, &buffers)?;
         let fusion = Fusion::new(gpu, &buffers)?;
         Ok(Self { buffers, statistics, fusion, marked, compaction, publisher })

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use dense::{DenseConfig, DenseError, FusionReport, Observation, SurfelModel};
-use geometry::{Pinhole, Pose};
+use geometry::{Pinhole, Pose, StereoRig};
 use gpu::{AdapterSelection, FrameRecorder, Gpu};
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -108,8 +108,9 @@ impl Bench {
     pub fn new(config: &DenseConfig) -> Result<Self, DenseError> {
         let gpu = gpu();
         let camera = camera();
+        let rig = StereoRig { left: camera, baseline_m: 5e-3, right_cx_px: camera.cx_px };
         let observation = Observation::new(&gpu, camera.width_px, camera.height_px)?;
-        let model = SurfelModel::new(gpu.clone(), camera, &observation, config)?;
+        let model = SurfelModel::new(gpu.clone(), rig, &observation, config)?;
         Ok(Self { gpu, observation, model })
     }
 

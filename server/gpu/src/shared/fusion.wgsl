@@ -11,8 +11,8 @@ struct FusionSettings {
     gate_m: f32,
     gate_sigmas: f32,
     angle_cos_min: f32,
-    // standard deviation at which a measurement weighs 1, and its least weight
-    reference_sigma_m: f32,
+    // the standard deviation at which a measurement weighs 1, per square of its depth (1/m), and its least weight
+    reference_sigma_per_square_depth: f32,
     weight_min: f32,
     weight_max: f32,
     weight_stable: f32,
@@ -44,10 +44,15 @@ const REGISTERED_COUNT: u32 = 4u;
 const HISTOGRAM: u32 = 8u;
 const ERROR_BINS: u32 = 1024u;
 
+// Standard deviation in units of the one at which a measurement of this depth weighs 1.
+fn relative_spread(sigma_m: f32, depth_m: f32, settings: FusionSettings) -> f32 {
+    return sigma_m / (settings.reference_sigma_per_square_depth * depth_m * depth_m);
+}
+
 // A measurement's weight falls with its variance; 1 at the reference spread or better.
-fn measurement_weight(sigma_m: f32, settings: FusionSettings) -> f32 {
-    let ratio = settings.reference_sigma_m / max(sigma_m, 1e-9);
-    return clamp(ratio * ratio, settings.weight_min, 1.0);
+fn measurement_weight(sigma_m: f32, depth_m: f32, settings: FusionSettings) -> f32 {
+    let spread = max(relative_spread(sigma_m, depth_m, settings), 1e-6);
+    return clamp(1.0 / (spread * spread), settings.weight_min, 1.0);
 }
 
 // How far a depth may be from a surfel of the same surface.
