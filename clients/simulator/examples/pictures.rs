@@ -1,4 +1,5 @@
-//! Writes pictures, depth and the truth mesh of every scene for looking at: `cargo run -p simulator --example pictures -- DIR [SEED] [SCENE]`.
+//! Writes pictures, depth and the truth mesh of every scene for looking at:
+//! `cargo run -p simulator --example pictures -- DIR [SEED] [SCENE]`.
 
 use std::error::Error;
 use std::path::PathBuf;

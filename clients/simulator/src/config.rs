@@ -75,7 +75,8 @@ pub struct SceneConfig {
     pub baseline_mm: f64,
     /// Chooses shapes, textures, vessels, motion, pushes and noise.
     pub seed: u64,
-    /// Greatest displacement of one push (each is 2/3 to 1 of it), or of the phantom's beat. 0: nothing moves, breathing included.
+    /// Greatest displacement of one push (each is 2/3 to 1 of it), or of the phantom's beat.
+    /// 0: nothing moves, breathing included.
     pub deformation_mm: f64,
     /// Peak displacement by breathing.
     pub respiration_mm: f64,

@@ -70,8 +70,11 @@ impl VisibilityBuffer {
         camera_from_world: &Pose,
         camera: &Pinhole,
     ) -> Self {
+        // a matrix turns a quarter of a million points faster than a quaternion
+        let rotation = camera_from_world.rotation.to_rotation_matrix();
+        let translation = camera_from_world.translation;
         let project = |point: &Point3<f64>| {
-            let in_camera = camera_from_world * point;
+            let in_camera = translation * (rotation * point);
             let pixel = camera.project(&in_camera);
             let inverse_depth = if in_camera.z > NEAR_M { 1.0 / in_camera.z } else { 0.0 };
             Projected { u: pixel.x, v: pixel.y, inverse_depth }
@@ -182,7 +185,12 @@ impl ScreenFace {
 
 /// First and last pixel whose centre lies within the corners, if any is in the picture.
 fn pixel_range(corners: [f64; 3], size: u32) -> Option<[usize; 2]> {
-    let low = corners.iter().copied().fold(f64::INFINITY, f64::min).ceil().max(0.0);
-    let high = corners.iter().copied().fold(f64::NEG_INFINITY, f64::max).floor().min(f64::from(size) - 1.0);
+    let (low, high) =
+        (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
+    let last = f64::from(size) - 1.0;
+    if high < 0.0 || low > last {
+        return None; // most faces: rounding, a library call, is not for them
+    }
+    let (low, high) = (low.max(0.0).ceil(), high.min(last).floor());
     (low <= high).then_some([low as usize, high as usize])
 }

@@ -155,7 +155,7 @@ pub(super) fn arteries(trees: usize, radius_mm: f64) -> VesselSpecies {
         radius_mm,
         radius_min_mm: 0.07,
         taper: 0.006,
-        wander: 0.16,
+        wander: 0.15,
         branching_mm: 8.0,
         tone: VesselTone { colour: 0, opacity: 0.82, blur: 0.35, relief: 0.25 },
     }
@@ -169,7 +169,7 @@ pub(super) fn veins(trees: usize, radius_mm: f64) -> VesselSpecies {
         radius_mm,
         radius_min_mm: 0.16,
         taper: 0.008,
-        wander: 0.10,
+        wander: 0.08,
         branching_mm: 12.0,
         tone: VesselTone { colour: 1, opacity: 0.62, blur: 0.6, relief: 0.15 },
     }

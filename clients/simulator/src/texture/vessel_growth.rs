@@ -12,6 +12,8 @@ use super::vessels::{Segment, VesselTone};
 use crate::shape::Body;
 
 const STEP_MM: f64 = 0.8;
+/// Share of its curvature that a vessel keeps from step to step: more makes it curl into rings.
+const PERSISTENCE: f64 = 0.72;
 /// Vessels end where no view of a run comes.
 const FARTHEST_FROM_AXIS_MM: f64 = 130.0;
 /// Bounds the work whatever the species.
@@ -156,7 +158,7 @@ impl VesselSpecies {
         ground: &Ground<'_>,
         random: &mut Pcg64,
     ) -> Option<Segment> {
-        tip.curvature = 0.82 * tip.curvature + self.wander * random.random_range(-1.0..1.0);
+        tip.curvature = PERSISTENCE * tip.curvature + self.wander * random.random_range(-1.0..1.0);
         let turned = turn(&tip.heading, normal, tip.curvature * STEP_MM);
         let to_mm = ground.foot(&(tip.at_mm + turned * STEP_MM), normal);
         let moved = to_mm - tip.at_mm;
