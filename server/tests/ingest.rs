@@ -1,4 +1,5 @@
-//! Carts on WebSockets, good and bad ones, against a real server.
+//! Carts on WebSocket connections, good and bad ones, against a real server.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
 

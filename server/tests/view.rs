@@ -1,4 +1,4 @@
-//! Viewers on WebSockets against a real server.
+//! Viewers on WebSocket connections against a real server.
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! Carts and viewers on zenoh against a real server.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
 

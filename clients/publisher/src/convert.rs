@@ -83,9 +83,10 @@ fn image(image: EncodedImage, size_px: (u32, u32)) -> Result<v1::EncodedImage, R
         ImageFormat::Raw { width, height, pixel: RawPixel::Mono8, .. } => {
             (v1::ImageFormat::Gray8, recording::decode_gray(&image, (width, height))?.into_vec())
         }
-        ImageFormat::Raw { width, height, .. } => {
-            (v1::ImageFormat::Rgb8, recording::decode_rgb(&image, (width, height))?.into_vec().into_flattened())
-        }
+        ImageFormat::Raw { width, height, .. } => (
+            v1::ImageFormat::Rgb8,
+            recording::decode_rgb(&image, (width, height))?.into_vec().into_flattened(),
+        ),
     };
     Ok(v1::EncodedImage { format: format.into(), width_px, height_px, data: data.into() })
 }
@@ -104,7 +105,8 @@ mod tests {
 
     #[test]
     fn a_damaged_jpeg_is_sent_as_it_is() {
-        let sent = image(EncodedImage { format: ImageFormat::Jpeg, bytes: vec![0xFF, 0xD8, 0x00] }, (64, 48)).unwrap();
+        let sent = image(EncodedImage { format: ImageFormat::Jpeg, bytes: vec![0xFF, 0xD8, 0x00] }, (64, 48))
+            .unwrap();
         assert_eq!((sent.width_px, sent.height_px, sent.data.len()), (64, 48, 3));
     }
 }

@@ -6,7 +6,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use mis_slam_cart::{CartConfig, CartError, Endpoint, Progress, PublishOptions, PublishReport, publish_recording};
+use mis_slam_cart::{
+    CartConfig, CartError, Endpoint, Progress, PublishOptions, PublishReport, publish_recording,
+};
 use protocol::SessionId;
 use tracing_subscriber::EnvFilter;
 
@@ -93,7 +95,8 @@ struct Display {
 
 impl Display {
     fn new() -> Self {
-        let bar = if std::io::stderr().is_terminal() { ProgressBar::no_length() } else { ProgressBar::hidden() };
+        let bar =
+            if std::io::stderr().is_terminal() { ProgressBar::no_length() } else { ProgressBar::hidden() };
         let style = ProgressStyle::with_template("{bar:30} {pos}/{len} pairs  {msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         Self { bar, announced: false }

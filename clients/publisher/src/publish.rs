@@ -49,7 +49,10 @@ pub async fn publish_recording(
     let mut sender = Sender {
         to: &options.to,
         config: &config.cart,
-        purpose: Purpose { session: options.session.clone(), calibration: convert::calibration(&calibration) },
+        purpose: Purpose {
+            session: options.session.clone(),
+            calibration: convert::calibration(&calibration),
+        },
         link: None,
     };
     // The first connection is made before time starts to run, so that no pair is missed.

@@ -1,4 +1,4 @@
-//! The HTTP server: API, WebSockets, the embedded page; bound, run, drained.
+//! The HTTP server: API, streams, the embedded page; bound, run, drained.
 
 use std::future::Future;
 use std::net::SocketAddr;

@@ -81,9 +81,8 @@ impl Peer {
                 }
                 Some(Ok(Message::Text(_))) => return Err(Ending::Malformed("text, not binary".into())),
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
-                Some(Ok(Message::Close(_))) | None => return Err(Ending::Gone),
                 Some(Err(error)) if is_oversized(&error) => return Err(Ending::Oversized),
-                Some(Err(_)) => return Err(Ending::Gone),
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return Err(Ending::Gone),
             }
         }
     }

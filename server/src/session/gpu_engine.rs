@@ -52,7 +52,7 @@ impl Engine for GpuEngine {
             preview_jpeg_quality: self.publish.preview_jpeg_quality,
             preview: Mutex::new(Throttle::new(self.publish.preview_hz)),
             model: Mutex::new(Throttle::new(self.publish.model_hz)),
-            weight_max: self.stages.dense.fusion.weight_max as f32,
+            weight_max: self.stages.dense.fusion.weight_max,
             observer: self.observer.clone(),
         };
         let worker = worker::spawn(&setup, Arc::clone(&self.gpu), pairs, Arc::new(sink))
@@ -86,7 +86,7 @@ impl LiveSink {
     fn publish_preview(&self, pair: &TrackedPair) {
         match recording::encode_jpeg(&pair.left, self.preview_jpeg_quality) {
             Ok(image) => {
-                self.hub.publish_preview(pair.stamp_ns, convert::jpeg_to_wire(image, pair.left.size()))
+                self.hub.publish_preview(pair.stamp_ns, convert::jpeg_to_wire(image, pair.left.size()));
             }
             Err(error) => tracing::warn!(session = %self.hub.id(), %error, "no preview"),
         }

@@ -1,5 +1,5 @@
 //! A real server on loopback ports, with a computation that tracks everything and adds a surfel for each pair.
-#![allow(dead_code, clippy::unwrap_used, clippy::panic)]
+#![allow(dead_code, clippy::unwrap_used, clippy::panic, clippy::needless_pass_by_value)]
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -236,8 +236,8 @@ pub fn pose(body: from_server::Body) -> Option<v1::Pose> {
     if let from_server::Body::Pose(pose) = body { Some(pose) } else { None }
 }
 
-pub async fn within<T>(future: impl Future<Output = T>) -> T {
-    tokio::time::timeout(DEADLINE, future).await.expect("it ends")
+pub async fn within<T>(future: impl IntoFuture<Output = T>) -> T {
+    tokio::time::timeout(DEADLINE, future.into_future()).await.expect("it ends")
 }
 
 pub fn calibration((width_px, height_px): (u32, u32)) -> v1::Calibration {

@@ -33,7 +33,7 @@ pub enum Link {
     /// Over WebSocket.
     WebSocket(Box<websocket::WebSocketLink>),
     /// Over zenoh.
-    Zenoh(zenoh::ZenohLink),
+    Zenoh(Box<zenoh::ZenohLink>),
 }
 
 /// What a connection is made for.
@@ -58,7 +58,7 @@ impl Link {
             }
             Endpoint::Zenoh(endpoint) => {
                 let (link, session) = zenoh::ZenohLink::connect(endpoint, purpose).await?;
-                Ok((Self::Zenoh(link), session))
+                Ok((Self::Zenoh(Box::new(link)), session))
             }
         }
     }
@@ -102,12 +102,9 @@ fn read(bytes: Bytes) -> Result<Option<from_server::Body>, LinkError> {
 /// The greeting that the server must answer with.
 fn expect_hello(body: Option<from_server::Body>) -> Result<(), LinkError> {
     match body {
-        Some(from_server::Body::Hello(hello)) => {
-            protocol::negotiate(&hello).map(|_| ()).map_err(|error| LinkError::Refused {
-                reason: Reason::UnsupportedVersion,
-                text: error.to_string(),
-            })
-        }
+        Some(from_server::Body::Hello(hello)) => protocol::negotiate(&hello).map(|_| ()).map_err(|error| {
+            LinkError::Refused { reason: Reason::UnsupportedVersion, text: error.to_string() }
+        }),
         Some(from_server::Body::Refusal(refusal)) => {
             Err(LinkError::Refused { reason: refusal.reason(), text: refusal.text })
         }

@@ -31,7 +31,7 @@ impl WebSocketLink {
             .max_frame_size(Some(MESSAGE_MAX_BYTES))
             .write_buffer_size(0);
         // No Nagle: a pair leaves when it is there.
-        let (socket, _) = connect_async_with_config(url, Some(limits), true).await.map_err(|error| refused(error))?;
+        let (socket, _) = connect_async_with_config(url, Some(limits), true).await.map_err(refused)?;
         let mut link = Self { socket };
         link.put(to_server::Body::Hello(protocol::hello(SOFTWARE))).await?;
         expect_hello(Some(link.receive().await?))?;
@@ -104,7 +104,11 @@ async fn open_session(authority: &str, purpose: &Purpose) -> Result<SessionId, L
 }
 
 /// A session that is open already is joined.
-fn post_session(url: &str, wanted: Option<SessionId>, calibration: &Calibration) -> Result<SessionId, LinkError> {
+fn post_session(
+    url: &str,
+    wanted: Option<SessionId>,
+    calibration: &Calibration,
+) -> Result<SessionId, LinkError> {
     let agent: ureq::Agent = ureq::Agent::config_builder()
         .timeout_global(Some(OPEN_TIMEOUT))
         .http_status_as_error(false)

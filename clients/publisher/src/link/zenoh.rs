@@ -80,7 +80,8 @@ impl ZenohLink {
     }
 
     async fn calibrate(&self, id: &SessionId, purpose: &Purpose) -> Result<(), LinkError> {
-        let hello = self.ask(&Lane::Control.key(id), to_server::Body::Hello(protocol::hello(SOFTWARE))).await?;
+        let hello =
+            self.ask(&Lane::Control.key(id), to_server::Body::Hello(protocol::hello(SOFTWARE))).await?;
         expect_hello(hello)?;
         let calibration = to_server::Body::Calibration(purpose.calibration.clone());
         expect_hello(self.ask(&Lane::IngestCalibration.key(id), calibration).await?)
