@@ -2,10 +2,10 @@
 
 use geometry::Gray;
 
+use super::DisparityRange;
 use super::aggregate::{self, STEPS, Walk};
 use super::config::SgmConfig;
 use super::testing::{Bench, SIZES, config, pair};
-use super::DisparityRange;
 
 struct Image<'a> {
     luma: &'a Gray,

@@ -19,7 +19,10 @@ fn descriptors_equal_the_mirror_and_masked_pixels_are_silent() {
         let image = hostile(size, 3);
         let bench = Bench::new((&image, &image), DisparityRange { min_px: 0, groups: 1 }, config());
         let output = &bench.images.descriptors[0];
-        bench.run(&census::bind(&bench.gpu, &bench.uniform, bench.input.left(), output).unwrap(), bench.words());
+        bench.run(
+            &census::bind(&bench.gpu, &bench.uniform, bench.input.left(), output).unwrap(),
+            bench.words(),
+        );
         let found = bench.gpu.read(output).unwrap();
         let luma = image.to_gray();
         for (index, &found) in found.as_flattened().iter().enumerate() {

@@ -86,6 +86,8 @@ pub struct SgmConfig {
     pub uniqueness_percent: u32,
     /// Largest disagreement of the left and the right view.
     pub cross_check_px: i32,
+    /// Share of the cost around a minimum that may be the small penalty's and is left out of sub-pixel refinement.
+    pub subpixel_penalty_share: f64,
 }
 
 /// What is done to the matched disparities.
@@ -157,7 +159,10 @@ impl SgmConfig {
         let silent = f64::from(self.silent_cost);
         require(self.silent_cost <= COST_MAX, "disparity.sgm.silent_cost", silent, "at most 31")?;
         let unique = f64::from(self.uniqueness_percent);
-        require(self.uniqueness_percent < 100, "disparity.sgm.uniqueness_percent", unique, "below 100")
+        require(self.uniqueness_percent < 100, "disparity.sgm.uniqueness_percent", unique, "below 100")?;
+        let share = self.subpixel_penalty_share;
+        let below_one = (0.0..1.0).contains(&share);
+        require(below_one, "disparity.sgm.subpixel_penalty_share", share, "from 0 to below 1")
     }
 }
 

@@ -23,7 +23,9 @@ pub(super) struct Acceptance {
     pub curvature_sigma: f32,
     pub paths: f32,
     pub volumes: u32,
-    padding: [u32; 3],
+    pub small_penalties: f32,
+    pub penalty_share: f32,
+    padding: u32,
 }
 
 impl Acceptance {
@@ -34,7 +36,9 @@ impl Acceptance {
             curvature_sigma: config.spread.curvature_px as f32,
             paths: config.sgm.paths as f32,
             volumes: volume_count(&config.sgm),
-            padding: [0; 3],
+            small_penalties: (config.sgm.paths * config.sgm.small_penalty) as f32,
+            penalty_share: config.sgm.subpixel_penalty_share as f32,
+            padding: 0,
         }
     }
 }

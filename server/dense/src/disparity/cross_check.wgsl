@@ -1,6 +1,7 @@
 // Accepts a winner that is unique, inside the range, and found again from the right view; refines it between its
-// neighbours' costs, by the mean of a parabola and an equiangular fit: each alone prefers whole or half pixels,
-// in opposite senses.
+// neighbours' costs, by the mean of a parabola and an equiangular fit: each alone prefers whole or half pixels, in
+// opposite senses. The small penalty raises both neighbours alike, which pulls towards whole pixels as well: a share
+// of it is taken off first.
 //
 // left_winners, right_winners, sums_*: winner.wgsl and aggregate.wgsl, rows of the band. disparities: four pixels an
 // element, padded rows of the whole image, NO_DISPARITY where refused. spreads: what the match itself says of its standard
@@ -15,9 +16,10 @@ struct Acceptance {
     curvature_sigma: f32,
     paths: f32,
     volumes: u32,
-    padding_a: u32,
-    padding_b: u32,
-    padding_c: u32,
+    // the small penalty of all paths together, and the share of a neighbour's rise that may be due to it
+    small_penalties: f32,
+    penalty_share: f32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> band: Band;
@@ -66,11 +68,13 @@ fn accept(x: u32, row: u32) -> vec2<f32> {
     }
     let below = summed_cost(pixel, d - 1u);
     let above = summed_cost(pixel, d + 1u);
-    let curvature = max(below + above - 2.0 * f32(best), 1.0);
-    let steepest = max(max(below, above) - f32(best), 1.0);
-    let offset = 0.25 * (below - above) * (1.0 / curvature + 1.0 / steepest);
+    let rise = vec2<f32>(below, above) - f32(best);
+    let lifted = min(acceptance.small_penalties, acceptance.penalty_share * min(rise.x, rise.y));
+    let own_rise = rise - lifted;
+    let tilt = 0.25 * (own_rise.x - own_rise.y);
+    let offset = tilt / max(own_rise.x + own_rise.y, 0.001) + tilt / max(max(own_rise.x, own_rise.y), 0.001);
     let disagreement = f32(from_right - i32(d)) - offset;
-    let spread = acceptance.curvature_sigma * acceptance.paths / curvature
+    let spread = acceptance.curvature_sigma * acceptance.paths / max(rise.x + rise.y, 1.0)
         + 0.1 * max(abs(disagreement) - 0.5, 0.0);
     return vec2<f32>(f32(i32(d) + band.min_disparity) + clamp(offset, -0.5, 0.5), spread);
 }

@@ -33,9 +33,11 @@ impl Window {
     }
 
     fn fit(&mut self, about: Vector3<f64>, gate: f64) -> Option<Fit> {
-        let residual = |plane: &Vector3<f64>, &(x, y, d): &(f64, f64, f64)| d - plane.dot(&Vector3::new(1.0, x, y));
+        let residual =
+            |plane: &Vector3<f64>, &(x, y, d): &(f64, f64, f64)| d - plane.dot(&Vector3::new(1.0, x, y));
         self.close_call |= self.known.iter().any(|point| (residual(&about, point).abs() - gate).abs() < 1e-4);
-        let inliers: Vec<_> = self.known.iter().filter(|point| residual(&about, point).abs() <= gate).collect();
+        let inliers: Vec<_> =
+            self.known.iter().filter(|point| residual(&about, point).abs() <= gate).collect();
         let mut normal = Matrix3::zeros();
         let mut right = Vector3::zeros();
         for &&(x, y, d) in &inliers {

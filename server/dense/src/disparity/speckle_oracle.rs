@@ -26,7 +26,8 @@ fn without_speckles(values: &[f32], (width, height): (u32, u32), step: f32, area
                 (y > 0).then(|| at.wrapping_sub(width)),
                 (y + 1 < height).then(|| at + width),
             ];
-            let joined = |&other: &usize| values[other] > NO_DISPARITY && (values[other] - values[at]).abs() <= step;
+            let joined =
+                |&other: &usize| values[other] > NO_DISPARITY && (values[other] - values[at]).abs() <= step;
             open.extend(beside.into_iter().flatten().filter(joined));
         }
         if surface.len() >= area {
@@ -38,7 +39,9 @@ fn without_speckles(values: &[f32], (width, height): (u32, u32), step: f32, area
 
 #[test]
 fn small_surfaces_vanish_exactly_as_in_a_flood_fill() {
-    for (size, hole_share) in SIZES.into_iter().flat_map(|size| [0.05, 0.35, 0.45, 0.7].map(|share| (size, share))) {
+    for (size, hole_share) in
+        SIZES.into_iter().flat_map(|size| [0.05, 0.35, 0.45, 0.7].map(|share| (size, share)))
+    {
         let black = geometry::Rgb::filled(size.0, size.1, [0; 3]);
         let mut config = config();
         config.filter.speckle_area_px = 25;

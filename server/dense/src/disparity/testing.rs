@@ -74,7 +74,7 @@ pub fn hostile(size: (u32, u32), seed: u64) -> Rgb {
 }
 
 /// The buffers of one image, with which single kernels are run.
-pub struct Bench {
+pub(super) struct Bench {
     pub gpu: Arc<Gpu>,
     pub config: DisparityConfig,
     pub input: Preprocess,

@@ -47,8 +47,12 @@ impl Sums {
             return refused;
         }
         let [below, here, above] = [d - 1, d, d + 1].map(|d| f64::from(self.of(pixel)[d]));
-        let parabola = 0.5 * (below - above) / (below + above - 2.0 * here).max(1.0);
-        let equiangular = 0.5 * (below - above) / (below.max(above) - here).max(1.0);
+        let (rise, fall) = (above - here, below - here);
+        let penalties = f64::from(sgm.paths * sgm.small_penalty);
+        let lifted = penalties.min(sgm.subpixel_penalty_share * rise.min(fall));
+        let (rise, fall) = (rise - lifted, fall - lifted);
+        let parabola = 0.5 * (fall - rise) / (fall + rise).max(0.001);
+        let equiangular = 0.5 * (fall - rise) / fall.max(rise).max(0.001);
         let offset = 0.5 * (parabola + equiangular);
         let curvature = (below + above - 2.0 * here).max(1.0) / f64::from(sgm.paths);
         let disagreement = (back as f64 - offset).abs();

@@ -25,8 +25,10 @@ fn check(image: &Rgb, mask: &Mask) {
     let masked = gpu.read(&input.left().masked).unwrap();
     let grey = image.to_gray();
     let stride = image.width().next_multiple_of(4);
-    for (index, (found, flag)) in
-        bytemuck::cast_slice::<u32, u8>(&luma).iter().zip(bytemuck::cast_slice::<u32, u8>(&masked)).enumerate()
+    for (index, (found, flag)) in bytemuck::cast_slice::<u32, u8>(&luma)
+        .iter()
+        .zip(bytemuck::cast_slice::<u32, u8>(&masked))
+        .enumerate()
     {
         let at = ((index as u32 % stride).min(image.width() - 1), index as u32 / stride);
         assert_eq!(*found, grey[at], "{at:?}");
@@ -38,7 +40,8 @@ fn check(image: &Rgb, mask: &Mask) {
 fn grey_values_and_masks_equal_the_mirror_into_the_padding() {
     for size in SIZES {
         let [red, green, blue] = [1, 2, 3].map(|seed| hostile(size, seed));
-        let image = Rgb::from_fn(size.0, size.1, |x, y| [&red, &green, &blue].map(|channel| channel[(x, y)][0]));
+        let image =
+            Rgb::from_fn(size.0, size.1, |x, y| [&red, &green, &blue].map(|channel| channel[(x, y)][0]));
         check(&image, &Raster::from_fn(size.0, size.1, |x, y| u8::from(x * y % 7 == 3) * 200));
     }
 }
