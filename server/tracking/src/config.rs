@@ -136,6 +136,8 @@ pub struct RecoveryConfig {
     pub inliers_min: u32,
     /// The same to be found again after being lost.
     pub recovery_inliers_min: u32,
+    /// Share of the matches that must be inliers then: wrong poses find matches too, but few that agree.
+    pub inlier_share_min: f64,
     /// RANSAC samples at most.
     pub ransac_samples_max: u32,
     /// RANSAC stops when a better sample is less likely than one minus this.

@@ -108,11 +108,11 @@ fn trusted_points_outvote_a_majority_that_moved() {
         point.trust = 0.05;
     }
     let estimate = refine_pose(&rig(), &truth(), &points, &config().pose);
-    let (with_trust_mm, _) = error_mm_and_mrad(&estimate.camera_from_world);
+    let (_, with_trust_mrad) = error_mm_and_mrad(&estimate.camera_from_world);
     points.iter_mut().for_each(|point| point.trust = 1.0);
-    let (without_mm, _) =
+    let (_, without_mrad) =
         error_mm_and_mrad(&refine_pose(&rig(), &truth(), &points, &config().pose).camera_from_world);
-    assert!(with_trust_mm < 0.5 * without_mm, "{with_trust_mm} mm with, {without_mm} mm without");
+    assert!(with_trust_mrad < 0.5 * without_mrad, "{with_trust_mrad} mrad with, {without_mrad} mrad without");
 }
 
 #[test]

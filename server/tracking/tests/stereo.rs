@@ -57,10 +57,11 @@ fn two_rows_of_misalignment_are_tolerated() {
 }
 
 #[test]
-fn swapped_eyes_give_no_depth() {
+fn swapped_eyes_lose_most_matches() {
     let (left, right) = shifted_pair(14.0, 0);
-    let found = features(&right, &left, &config());
-    assert!(found.stereo_count() < found.len() / 20, "{} of {}", found.stereo_count(), found.len());
+    let (right_way, wrong_way) = (features(&left, &right, &config()), features(&right, &left, &config()));
+    let counts = (right_way.stereo_count(), wrong_way.stereo_count());
+    assert!(counts.1 * 2 < counts.0, "{counts:?}");
 }
 
 #[test]

@@ -16,6 +16,9 @@ use crate::config::StandstillConfig;
 /// Cells with fewer matches are not judged.
 const MATCHES_PER_CELL: u32 = 3;
 
+/// Corners this many times as uncertain as the finest cannot tell a small motion from none.
+const COARSEST: f64 = 1.5;
+
 /// Share of the image cells in which at least half of the matches fit a pose tightly; 0 where no cell can be judged.
 pub fn still_share(
     rig: &StereoRig,
@@ -23,8 +26,9 @@ pub fn still_share(
     points: &[PointObservation],
     config: &StandstillConfig,
 ) -> f64 {
+    let finest_px = points.iter().map(|point| point.observation.sigma_px).fold(f64::INFINITY, f64::min);
     let mut cells: BTreeMap<(i64, i64), (u32, u32)> = BTreeMap::new();
-    for point in points {
+    for point in points.iter().filter(|point| point.observation.sigma_px <= COARSEST * finest_px) {
         let cell = point.observation.pixel / config.cell_px;
         let misfit = point.observation.misfit(rig, &(camera_from_world * point.point_in_world));
         let (matches, still) = cells.entry((cell.x as i64, cell.y as i64)).or_default();

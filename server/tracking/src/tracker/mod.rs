@@ -142,6 +142,7 @@ impl Tracker {
         self.count_sightings(&located);
         let keyframe = self.keyframe_reason(&located, track);
         let inliers = located.inliers();
+        let matched = located.posed.matches.iter().map(Option::is_some).collect();
         let Located { mut posed, source, reference, expected, misfits } = located;
         let reference = match (keyframe, reference) {
             (None, Some(reference)) => reference,
@@ -151,7 +152,7 @@ impl Tracker {
             outcome,
             world_from_camera: Some(posed.camera_from_world.inverse()),
             source: Some(source),
-            matched: posed.matches.iter().map(Option::is_some).collect(),
+            matched,
             searched_points: expected.len(),
             matches: misfits.len(),
             inliers,

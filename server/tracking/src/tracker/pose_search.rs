@@ -70,6 +70,7 @@ impl PoseSearch<'_> {
                 camera_from_world: estimate.camera_from_world,
                 points: matched.inlier_points(&estimate.inliers),
                 resting: Some(last.camera_from_world),
+                radius_px: search.map_radius_px,
                 source,
             };
             self.against_local_map(frame, &first, self.config.recovery.inliers_min)
@@ -106,11 +107,10 @@ impl PoseSearch<'_> {
             _ => self.config.recovery.inliers_min,
         };
         let camera_from_world = estimate.camera_from_world;
-        self.against_local_map(
-            frame,
-            &FirstEstimate { camera_from_world, points, resting: None, source },
-            inliers_min,
-        )
+        // tissue has moved since the keyframe, so its points are not quite where a rigid pose puts them
+        let radius_px = search.motion_radius_px;
+        let first = FirstEstimate { camera_from_world, points, resting: None, radius_px, source };
+        self.against_local_map(frame, &first, inliers_min)
     }
 
     /// Looks for all points that keyframes around the first matches see, close to where the pose puts them.
@@ -118,11 +118,15 @@ impl PoseSearch<'_> {
         let keyframes = self.config.map.local_keyframes as usize;
         let local = local_map(self.map, first.points.iter().copied(), keyframes);
         let start = &first.camera_from_world;
-        let search = self.projection(self.config.search.map_radius_px);
+        let search = self.projection(first.radius_px);
         let Found { matches, expected } =
             search.run(frame.features, self.map, local.points.into_iter(), start);
         let matched = self.observe(frame.features, &matches);
         let free = self.refine(&matched.observations, start)?;
+        if (free.inlier_count() as f64) < self.config.recovery.inlier_share_min * matched.places.len() as f64
+        {
+            return None;
+        }
         let resting = first.resting.filter(|pose| self.is_at_rest(&matched.observations, pose, &free));
         let (estimate, source) = match resting {
             Some(pose) => (self.unmoved(&matched.observations, pose), PoseSource::Standstill),
@@ -187,6 +191,8 @@ struct FirstEstimate {
     points: Vec<PointId>,
     /// The last pose, where there is one to have stayed at.
     resting: Option<Pose>,
+    /// Window half side, px.
+    radius_px: f32,
     source: PoseSource,
 }
 
