@@ -51,8 +51,10 @@ pub struct FusionConfig {
     pub unseen_frames_max: u32,
     /// A surfel this far in front of the measured surface is contradicted.
     pub free_space_gate_mm: f64,
+    /// A surfel less far behind a measured surface that faces the same way is contradicted.
+    pub doubled_gate_mm: f64,
     /// Weight that one contradiction of weight 1 takes away.
-    pub free_space_loss: f64,
+    pub contradiction_loss: f64,
     /// Radius around a registered surfel, in spacings, in which no new one is made.
     pub cover_radius_spacings: f64,
 }

@@ -13,10 +13,10 @@ fn holdings(fixture: &Fixture) -> (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<Bits>) {
     let mut rest = Vec::new();
     for slot in 0..SLOTS {
         match slot % 8 {
-            1 => geometry[slot][0] += 2e-4,
-            2 => geometry[slot][3] += 2e-4,
+            1 => geometry[slot][0] += 4e-4,
+            2 => geometry[slot][3] += 4e-4,
             3 => orientation[slot][..3].rotate_left(1),
-            4 => orientation[slot][3] += 6.0,
+            4 => orientation[slot][3] += 12.0,
             5 => geometry[slot][1] += 1e-5,
             _ => (),
         }

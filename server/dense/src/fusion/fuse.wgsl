@@ -4,8 +4,9 @@
 #import surfel
 #import fusion
 // Registration and running averages (Algorithm 1, Eqs. fusion1-4): each surfel looks at the pixel it projects to. Within
-// the gates its depth along the ray, normal and colour are averaged with the measurement; clearly in front of the measured
-// surface, where the camera sees through it, it loses weight. Behind it, it is hidden and left alone.
+// the gates its depth along the ray, normal and colour are averaged with the measurement. Clearly in front of the measured
+// surface, where the camera sees through it, it loses weight; so it does a little behind a surface that faces the same way,
+// where tissue that has moved leaves its old place as a second layer. Farther behind, it is hidden and left alone.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> settings: FusionSettings;
@@ -37,12 +38,12 @@ fn depth_between(at: vec2<f32>, nearest: f32, gate: f32) -> f32 {
     return mix(mix(four.x, four.y, t.x), mix(four.z, four.w, t.x), t.y);
 }
 
-// Whether everything measured around a pixel lies farther than `limit`.
-fn seen_through(pixel: vec2<i32>, limit: f32) -> bool {
+// Whether everything measured around a pixel lies between two depths.
+fn all_around_between(pixel: vec2<i32>, near: f32, far: f32) -> bool {
     for (var dy = -1; dy <= 1; dy++) {
         for (var dx = -1; dx <= 1; dx++) {
             let neighbour = depth_at(pixel.x + dx, pixel.y + dy);
-            if neighbour > 0.0 && neighbour < limit {
+            if neighbour > 0.0 && !(neighbour >= near && neighbour <= far) {
                 return false;
             }
         }
@@ -77,9 +78,17 @@ fn fuse(@builtin(global_invocation_id) id: vec3<u32>) {
     let between = depth_between(at, measured, gate);
     if abs(point.z - between) < gate {
         register_surfel(slot, index, point, between, weight);
-    } else if seen_through(vec2<i32>(pixel), point.z + max(settings.free_space_gate_m, gate)) {
-        orientation[slot].w = max(orientation[slot].w - settings.free_space_loss * weight, 0.0);
+    } else if is_contradicted(slot, pixel, point.z, gate) {
+        orientation[slot].w = max(orientation[slot].w - settings.contradiction_loss * weight, 0.0);
     }
+}
+
+fn is_contradicted(slot: u32, pixel: vec2<u32>, depth_m: f32, gate: f32) -> bool {
+    let seen_in_world = rotate(view.world_from_camera, normals[pixel.y * view.size.x + pixel.x].xyz);
+    let same_facing = dot(orientation[slot].xyz, seen_in_world) > settings.angle_cos_min;
+    let at = vec2<i32>(pixel);
+    return all_around_between(at, depth_m + max(settings.free_space_gate_m, gate), 1e30)
+        || (same_facing && all_around_between(at, depth_m - settings.doubled_gate_m, depth_m - gate));
 }
 
 fn register_surfel(slot: u32, pixel: u32, point: vec3<f32>, measured: f32, weight: f32) {

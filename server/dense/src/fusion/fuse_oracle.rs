@@ -33,11 +33,28 @@ fn depth_between(fixture: &Fixture, at: (f64, f64), nearest: f64, gate: f64) -> 
     (1.0 - t) * ((1.0 - s) * four[0] + s * four[1]) + t * ((1.0 - s) * four[2] + s * four[3])
 }
 
-fn seen_through(fixture: &Fixture, pixel: (i64, i64), limit: f64) -> bool {
+fn all_around_between(fixture: &Fixture, pixel: (i64, i64), near: f64, far: f64) -> bool {
     let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
-    around
-        .map(|(dx, dy)| depth_at(fixture, pixel.0 + dx, pixel.1 + dy))
-        .all(|depth| !(depth > 0.0 && depth < limit))
+    let mut depths = around.map(|(dx, dy)| depth_at(fixture, pixel.0 + dx, pixel.1 + dy));
+    depths.all(|depth| !(depth > 0.0) || (near..=far).contains(&depth))
+}
+
+/// With the gates widened by `slack`, to find close calls.
+fn is_contradicted(
+    fixture: &Fixture,
+    slot: usize,
+    pixel: (i64, i64),
+    (depth, gate, slack): (f64, f64, f64),
+) -> bool {
+    let settings = &fixture.settings;
+    let index = (pixel.1 * i64::from(fixture.view.pinhole.width_px) + pixel.0) as usize;
+    let vector = |row: &[f32; 4]| Vector3::new(row[0], row[1], row[2]).cast::<f64>();
+    let seen = fixture.view.world_from_camera.rotation * vector(&fixture.normal[index]);
+    let same_facing = vector(&fixture.rows.orientation[slot]).dot(&seen) > f64::from(settings.angle_cos_min);
+    let beyond = depth + f64::from(settings.free_space_gate_m).max(gate) - slack;
+    let doubled = f64::from(settings.doubled_gate_m) + slack;
+    all_around_between(fixture, pixel, beyond, 1e30)
+        || (same_facing && all_around_between(fixture, pixel, depth - doubled, depth - gate + slack))
 }
 
 fn fuse_one(fixture: &Fixture, rows: &SurfelRows, slot: usize) -> Fused {
@@ -77,11 +94,10 @@ fn fuse_one(fixture: &Fixture, rows: &SurfelRows, slot: usize) -> Fused {
     if (point.z - between).abs() < gate {
         average(fixture, &mut fused, (&point, pixel), (between, weight));
     } else {
-        let limit = point.z + f64::from(settings.free_space_gate_m).max(gate);
-        fused.close_call |= seen_through(fixture, (column, row), limit - 1e-6)
-            != seen_through(fixture, (column, row), limit + 1e-6);
-        if seen_through(fixture, (column, row), limit) {
-            let left = fused.orientation[3] - f64::from(settings.free_space_loss) * weight;
+        let decide = |slack: f64| is_contradicted(fixture, slot, (column, row), (point.z, gate, slack));
+        fused.close_call |= decide(1e-6) != decide(-1e-6);
+        if decide(0.0) {
+            let left = fused.orientation[3] - f64::from(settings.contradiction_loss) * weight;
             fused.orientation[3] = left.max(0.0);
         }
     }
@@ -112,7 +128,7 @@ fn average(
     let facing = -seen.dot(&point.coords.normalize());
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let pixel_radius = half * fused_depth / fixture.view.pinhole.fx_px / facing.max(0.25);
-    let radius = pixel_radius.max(half * f64::from(settings.spacing_m));
+    let radius = pixel_radius.max(0.9 * f64::from(settings.spacing_m));
     fused.geometry = [moved.x, moved.y, moved.z, fused.geometry[3].min(radius)];
     fused.orientation = [turned.x, turned.y, turned.z, total.min(settings.weight_max.into())];
     let [red, green, blue, alpha] = fixture.color[pixel].to_le_bytes().map(f64::from);

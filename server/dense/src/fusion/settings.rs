@@ -28,7 +28,7 @@ pub(crate) struct FusionSettings {
     pub weight_stable: f32,
     pub unseen_frames_max: u32,
     pub free_space_gate_m: f32,
-    pub free_space_loss: f32,
+    pub contradiction_loss: f32,
     pub spacing_m: f32,
     pub cover_radius_m: f32,
     pub table_mask: u32,
@@ -37,7 +37,8 @@ pub(crate) struct FusionSettings {
     pub error_max_m: f32,
     pub overlap_min: f32,
     pub accept_always: u32,
-    padding: [u32; 2],
+    pub doubled_gate_m: f32,
+    padding: u32,
 }
 
 impl FusionSettings {
@@ -55,7 +56,8 @@ impl FusionSettings {
             weight_stable: fusion.weight_stable,
             unseen_frames_max: fusion.unseen_frames_max,
             free_space_gate_m: metres(fusion.free_space_gate_mm),
-            free_space_loss: fusion.free_space_loss as f32,
+            contradiction_loss: fusion.contradiction_loss as f32,
+            doubled_gate_m: metres(fusion.doubled_gate_mm),
             spacing_m: metres(config.surfel_spacing_mm),
             cover_radius_m: metres(config.surfel_spacing_mm * fusion.cover_radius_spacings),
             table_mask: table_places - 1,

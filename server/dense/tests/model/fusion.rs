@@ -109,6 +109,26 @@ fn the_surfels_of_a_removed_object_vanish() {
 }
 
 #[test]
+fn a_surface_that_comes_nearer_leaves_no_second_layer_behind() {
+    let mut bench = Bench::new(&config()).unwrap();
+    let nearer = geometry::Pose::translation(0.0, 0.0, -2.5e-3);
+    for frame in 0..15 {
+        bench.fuse(frame, &at(0.0), &NOISY.shoot(&at(0.0), u64::from(frame)));
+    }
+    // the same picture from a camera said to be farther back: the wall stands 2.5 mm nearer to where it was
+    for frame in 15..40 {
+        bench.fuse(frame, &nearer, &NOISY.shoot(&at(0.0), u64::from(frame)));
+    }
+    let surfels = bench.model.surfels().unwrap();
+    let inner = |surfel: &&Surfel| surfel.position[0].abs() < 0.025 && surfel.position[1].abs() < 0.018;
+    let (left, all) = surfels.iter().filter(inner).fold((0, 0), |(left, all), surfel| {
+        (left + usize::from(f64::from(surfel.position[2]) > WALL_M - 1e-3), all + 1)
+    });
+    eprintln!("{left} of {all} left behind");
+    assert!(left * 50 < all, "{left} of {all}");
+}
+
+#[test]
 fn surfels_out_of_view_stay_if_stable_and_go_if_not() {
     let mut bench = Bench::new(&config()).unwrap();
     let wait = config().fusion.unseen_frames_max;

@@ -17,9 +17,9 @@ struct FusionSettings {
     weight_max: f32,
     weight_stable: f32,
     unseen_frames_max: u32,
-    // a surfel this far in front of the measured surface loses so much weight per measurement weight
+    // a surfel farther in front of the measured surface is contradicted: it loses so much per measurement weight
     free_space_gate_m: f32,
-    free_space_loss: f32,
+    contradiction_loss: f32,
     // point grid, and the radius around a registered surfel in which no new one is made
     spacing_m: f32,
     cover_radius_m: f32,
@@ -32,7 +32,9 @@ struct FusionSettings {
     error_max_m: f32,
     overlap_min: f32,
     accept_always: u32,
-    padding: vec2<u32>,
+    // a surfel less far behind a measured surface that faces the same way is contradicted too
+    doubled_gate_m: f32,
+    padding: u32,
 }
 
 // Places in the `results` of a frame.
@@ -61,8 +63,8 @@ fn depth_gate(sigma_m: f32, settings: FusionSettings) -> f32 {
 }
 
 // Radius of the disc that stands for a pixel: half a pixel's diagonal on the surface, and at least what closes the
-// gaps of the point grid.
+// gaps of a point grid that holds one surfel somewhere in each cell.
 fn disc_radius(depth_m: f32, focal_px: f32, facing_cos: f32, spacing_m: f32) -> f32 {
     let pixel = 0.70710678 * depth_m / focal_px / max(facing_cos, 0.25);
-    return max(pixel, 0.70710678 * spacing_m);
+    return max(pixel, 0.9 * spacing_m);
 }
