@@ -41,6 +41,8 @@ pub enum PoseSource {
     MotionModel,
     /// The same with the wide window.
     WideSearch,
+    /// Descriptor matches with the last frame.
+    LastFrame,
     /// Descriptor matches with the reference keyframe.
     ReferenceKeyframe,
     /// Descriptor matches with another keyframe.

@@ -34,7 +34,7 @@ pub fn local_map(map: &Map, points: impl Iterator<Item = PointId>, keyframes_max
 /// Keyframes by the number of these points that they see; of equals the newer first.
 fn most_sharing(map: &Map, points: impl Iterator<Item = PointId>, keyframes_max: usize) -> Vec<KeyframeId> {
     let mut shared: BTreeMap<KeyframeId, u32> = BTreeMap::new();
-    for seen in points.filter_map(|id| map.point(id)).flat_map(|point| point.seen()) {
+    for seen in points.filter_map(|id| map.point(id)).flat_map(super::MapPoint::seen) {
         *shared.entry(seen.keyframe).or_default() += 1;
     }
     let mut order: Vec<(u32, KeyframeId)> = shared.into_iter().map(|(id, count)| (count, id)).collect();

@@ -91,7 +91,7 @@ impl Tracker {
             State::Tracking(track) => self.follow(frame, track),
             State::Lost { attempts, .. } => self.relocalise(frame, *attempts),
         };
-        let (state, report) = match (located, before) {
+        let (state, verdict) = match (located, before) {
             (Some(located), State::Lost { .. }) => self.accept(located, Outcome::Recovered, None),
             (Some(located), State::Tracking(track)) => self.accept(located, Outcome::Tracked, Some(&track)),
             (Some(located), State::NotInitialized) => self.accept(located, Outcome::Tracked, None),
@@ -100,7 +100,7 @@ impl Tracker {
             (None, State::Lost { since_ns, attempts }) => lost(since_ns, attempts + 1),
         };
         self.state = state;
-        Ok(self.report(&features, report))
+        Ok(self.report(&features, &verdict))
     }
 
     /// The first frame with enough stereo points is the world.
@@ -124,8 +124,12 @@ impl Tracker {
         let predicted = motion_model::predict(&track.last, track.velocity.as_ref(), frame.stamp_ns);
         let search = self.pose_search();
         search
-            .from_motion(frame, &track.last, &predicted)
-            .or_else(|| search.from_keyframe(frame, track.reference, PoseSource::ReferenceKeyframe))
+            .by_motion(frame, &track.last, &predicted)
+            .or_else(|| search.by_view(frame, (&track.last).into(), PoseSource::LastFrame))
+            .or_else(|| {
+                let reference = self.map.keyframe(track.reference)?;
+                search.by_view(frame, reference.into(), PoseSource::ReferenceKeyframe)
+            })
             .or_else(|| self.relocalise(frame, 0))
     }
 
@@ -134,7 +138,8 @@ impl Tracker {
         let count = self.config.recovery.keyframes_per_frame as usize;
         relocalisation_candidates(&self.map, attempt, count)
             .into_iter()
-            .find_map(|id| search.from_keyframe(frame, id, PoseSource::Relocalisation))
+            .filter_map(|id| self.map.keyframe(id))
+            .find_map(|keyframe| search.by_view(frame, keyframe.into(), PoseSource::Relocalisation))
     }
 
     /// A pose was found: the map learns from the frame, and the next one starts from it.
@@ -217,7 +222,7 @@ impl Tracker {
         PoseSearch { config: &self.config, rig: &self.rig, scales: &self.scales, map: &self.map }
     }
 
-    fn report(&self, features: &FrameFeatures, verdict: Verdict) -> TrackingReport {
+    fn report(&self, features: &FrameFeatures, verdict: &Verdict) -> TrackingReport {
         let feature = |(index, keypoint): (usize, &crate::feature::Keypoint)| TrackedFeature {
             pixel: keypoint.pixel,
             depth_m: features.stereo[index].map(|stereo| stereo.depth_m),

@@ -23,6 +23,28 @@ pub(super) struct Frame<'a> {
     pub(super) features: &'a Arc<FrameFeatures>,
 }
 
+/// An earlier frame of known pose, kept as a keyframe or not.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    camera_from_world: &'a Pose,
+    features: &'a FrameFeatures,
+    /// Map point of each feature.
+    points: &'a [Option<PointId>],
+}
+
+impl<'a> From<&'a PosedFrame> for View<'a> {
+    fn from(posed: &'a PosedFrame) -> Self {
+        Self { camera_from_world: &posed.camera_from_world, features: &posed.frame, points: &posed.matches }
+    }
+}
+
+impl<'a> From<&'a Keyframe> for View<'a> {
+    fn from(keyframe: &'a Keyframe) -> Self {
+        let (camera_from_world, features) = (&keyframe.camera_from_world, &keyframe.frame);
+        Self { camera_from_world, features, points: keyframe.points() }
+    }
+}
+
 /// A frame whose pose was found.
 #[derive(Debug)]
 pub(super) struct Located {
@@ -54,7 +76,7 @@ pub(super) struct PoseSearch<'a> {
 
 impl PoseSearch<'_> {
     /// Looks for the last frame's points where a predicted pose puts them, first in the narrow, then in the wide window.
-    pub(super) fn from_motion(&self, frame: Frame, last: &PosedFrame, predicted: &Pose) -> Option<Located> {
+    pub(super) fn by_motion(&self, frame: Frame, last: &PosedFrame, predicted: &Pose) -> Option<Located> {
         let search = &self.config.search;
         let windows = [
             (search.motion_radius_px, PoseSource::MotionModel, predicted),
@@ -63,78 +85,75 @@ impl PoseSearch<'_> {
         ];
         windows.into_iter().find_map(|(radius_px, source, start)| {
             let points = last.matches.iter().flatten().copied();
-            let found = self.projection(radius_px).run(frame.features, self.map, points, start);
-            let matched = self.observe(frame.features, &found.matches);
-            let estimate = self.refine(&matched.observations, start)?;
-            let first = FirstEstimate {
-                camera_from_world: estimate.camera_from_world,
-                points: matched.inlier_points(&estimate.inliers),
-                resting: Some(last.camera_from_world),
-                radius_px: search.map_radius_px,
-                source,
-            };
-            self.against_local_map(frame, &first, self.config.recovery.inliers_min)
+            let mut first = self.first_estimate(frame, points, (start, radius_px), source)?;
+            first.resting = Some(last.camera_from_world);
+            self.against_local_map(frame, &first)
         })
     }
 
-    /// Looks for a keyframe's features anywhere in the frame.
-    pub(super) fn from_keyframe(&self, frame: Frame, id: KeyframeId, source: PoseSource) -> Option<Located> {
-        let keyframe = self.map.keyframe(id)?;
+    /// Looks for an earlier view's features anywhere in the frame.
+    pub(super) fn by_view(&self, frame: Frame, view: View, source: PoseSource) -> Option<Located> {
         let search = &self.config.search;
         let pairs = mutual_matches(
-            &keyframe.frame.features.descriptors,
+            &view.features.features.descriptors,
             &frame.features.features.descriptors,
             search.distance_max_bits,
             search.brute_force_ratio,
         );
-        let world_from_keyframe = keyframe.camera_from_world.inverse();
-        let (mut observations, mut points) = (Vec::new(), Vec::new());
+        let world_from_view = view.camera_from_world.inverse();
+        let mut observations = Vec::new();
         for (theirs, ours) in pairs {
-            let mapped = keyframe.points()[theirs].and_then(|id| Some((id, self.map.point(id)?)));
-            points.extend(mapped.map(|(id, _)| id));
+            let mapped = view.points[theirs].and_then(|id| self.map.point(id));
             let measured = || {
-                let position = keyframe.frame.point_in_world(theirs, self.rig, &world_from_keyframe)?;
+                let position = view.features.point_in_world(theirs, self.rig, &world_from_view)?;
                 Some((position, trust_at_first()))
             };
-            let known = mapped.map(|(_, point)| (point.position_in_world, point.trust()));
+            let known = mapped.map(|point| (point.position_in_world, point.trust()));
             let Some((point_in_world, trust)) = known.or_else(measured) else { continue };
             let observation = frame.features.observation(ours, self.scales, &self.config.pose);
             observations.push(PointObservation { point_in_world, observation, trust });
         }
-        let estimate = find_pose(self.rig, &observations, &self.config.pose, &self.config.recovery)?;
-        let inliers_min = match source {
-            PoseSource::Relocalisation => self.config.recovery.recovery_inliers_min,
-            _ => self.config.recovery.inliers_min,
-        };
-        let camera_from_world = estimate.camera_from_world;
-        // tissue has moved since the keyframe, so its points are not quite where a rigid pose puts them
-        let radius_px = search.motion_radius_px;
-        let first = FirstEstimate { camera_from_world, points, resting: None, radius_px, source };
-        self.against_local_map(frame, &first, inliers_min)
+        let start =
+            find_pose(self.rig, &observations, &self.config.pose, &self.config.recovery)?.camera_from_world;
+        let nearby = local_map(self.map, view.points.iter().flatten().copied(), self.local_keyframes());
+        let points = nearby.points.into_iter();
+        let first = self.first_estimate(frame, points, (&start, search.motion_radius_px), source)?;
+        self.against_local_map(frame, &first)
+    }
+
+    /// A pose from points looked for in windows around where a guess puts them.
+    fn first_estimate(
+        &self,
+        frame: Frame,
+        points: impl Iterator<Item = PointId>,
+        (start, radius_px): (&Pose, f32),
+        source: PoseSource,
+    ) -> Option<FirstEstimate> {
+        let found = self.projection(radius_px).run(frame.features, self.map, points, start);
+        let matched = self.observe(frame.features, &found.matches);
+        let estimate = self.refine(&matched.observations, start)?;
+        let (camera_from_world, points) =
+            (estimate.camera_from_world, matched.inlier_points(&estimate.inliers));
+        Some(FirstEstimate { camera_from_world, points, resting: None, source })
     }
 
     /// Looks for all points that keyframes around the first matches see, close to where the pose puts them.
-    fn against_local_map(&self, frame: Frame, first: &FirstEstimate, inliers_min: u32) -> Option<Located> {
-        let keyframes = self.config.map.local_keyframes as usize;
-        let local = local_map(self.map, first.points.iter().copied(), keyframes);
+    fn against_local_map(&self, frame: Frame, first: &FirstEstimate) -> Option<Located> {
+        let local = local_map(self.map, first.points.iter().copied(), self.local_keyframes());
         let start = &first.camera_from_world;
-        let search = self.projection(first.radius_px);
+        let search = self.projection(self.config.search.map_radius_px);
         let Found { matches, expected } =
             search.run(frame.features, self.map, local.points.into_iter(), start);
         let matched = self.observe(frame.features, &matches);
         let free = self.refine(&matched.observations, start)?;
-        if (free.inlier_count() as f64) < self.config.recovery.inlier_share_min * matched.places.len() as f64
-        {
+        let resting = first.resting.filter(|pose| self.is_at_rest(&matched.observations, pose, &free));
+        if !self.is_convincing(&free, first.source) {
             return None;
         }
-        let resting = first.resting.filter(|pose| self.is_at_rest(&matched.observations, pose, &free));
         let (estimate, source) = match resting {
             Some(pose) => (self.unmoved(&matched.observations, pose), PoseSource::Standstill),
             None => (free, first.source),
         };
-        if estimate.inlier_count() < inliers_min as usize {
-            return None;
-        }
         let camera_from_world = estimate.camera_from_world;
         let posed = PosedFrame {
             stamp_ns: frame.stamp_ns,
@@ -144,6 +163,23 @@ impl PoseSearch<'_> {
         };
         let misfits = matched.misfits(self.rig, &camera_from_world);
         Some(Located { posed, source, reference: local.reference, expected, misfits })
+    }
+
+    /// Whether enough matches fit, in number and in share.
+    fn is_convincing(&self, estimate: &PoseEstimate, source: PoseSource) -> bool {
+        let config = &self.config.recovery;
+        let inliers_min = if source == PoseSource::Relocalisation {
+            config.recovery_inliers_min
+        } else {
+            config.inliers_min
+        };
+        let inliers = estimate.inlier_count();
+        inliers >= inliers_min as usize
+            && inliers as f64 >= config.inlier_share_min * estimate.inliers.len() as f64
+    }
+
+    fn local_keyframes(&self) -> usize {
+        self.config.map.local_keyframes as usize
     }
 
     /// Whether enough of the image is where a pose puts it, and not many times more is where the best pose puts it.
@@ -191,8 +227,6 @@ struct FirstEstimate {
     points: Vec<PointId>,
     /// The last pose, where there is one to have stayed at.
     resting: Option<Pose>,
-    /// Window half side, px.
-    radius_px: f32,
     source: PoseSource,
 }
 

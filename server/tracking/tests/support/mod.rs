@@ -75,7 +75,7 @@ fn value_noise(x: f64, y: f64) -> f64 {
     top * (1.0 - ty) + bottom * ty
 }
 
-/// SplitMix64 of a lattice point, 0 to 1.
+/// A hash (`SplitMix64`) of a lattice point, 0 to 1.
 fn hash(x: i64, y: i64) -> f64 {
     let mut z =
         (x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (y as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
