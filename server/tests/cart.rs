@@ -99,6 +99,15 @@ async fn a_server_that_refuses_ends_the_stream_with_its_reason() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn pairs_over_the_servers_limit_end_the_stream_with_its_reason() {
+    let server = TestServer::start_with(|config| config.server.message_max_mib = 0.001).await;
+    let folder = TempDir::new().unwrap();
+    let to = format!("ws://{}", server.address);
+    let refused = publish(&options(recording(&folder, 0.005), &to, None)).await.unwrap_err();
+    assert!(matches!(refused, CartError::Refused { reason: Reason::OversizedMessage, .. }), "{refused}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_server_that_is_away_is_given_up_and_a_missing_recording_is_bad_input() {
     let folder = TempDir::new().unwrap();
     let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();

@@ -29,25 +29,13 @@ async fn an_oversized_message_ends_the_connection_with_1009() {
     let server = TestServer::start_with(|config| config.server.message_max_mib = 0.01).await;
     server.open("a").await;
     let mut cart = server.join(&ingest("a")).await;
-    cart.socket.send_oversized(11 << 10).await;
+    let bytes = vec![0; 11 << 10];
+    futures_util::SinkExt::send(&mut cart.socket, Message::Binary(bytes.into())).await.unwrap();
     let (last_words, code) = cart.hear_close().await;
     assert_eq!(code, 1009);
     let Some(from_server::Body::Refusal(refusal)) = last_words else { panic!("{last_words:?}") };
     assert_eq!(refusal.reason(), Reason::OversizedMessage);
     assert!(refusal.text.contains("10485 bytes"), "{}", refusal.text);
-}
-
-trait SendOversized {
-    async fn send_oversized(&mut self, bytes: usize);
-}
-
-impl<S> SendOversized for tokio_tungstenite::WebSocketStream<S>
-where
-    S: tokio::io::AsyncRead + tokio::io::AsyncWrite + Unpin,
-{
-    async fn send_oversized(&mut self, bytes: usize) {
-        futures_util::SinkExt::send(self, Message::Binary(vec![0; bytes].into())).await.unwrap();
-    }
 }
 
 #[tokio::test]

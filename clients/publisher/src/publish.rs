@@ -15,6 +15,9 @@ use crate::link::{Link, LinkError, Purpose};
 use crate::report::{Progress, PublishReport, Tally};
 use crate::{CartError, Endpoint, convert, source};
 
+/// Time to read what the server said before a connection was lost.
+const LAST_WORDS_TIMEOUT: Duration = Duration::from_millis(100);
+
 /// What to stream, and to whom.
 #[derive(Clone, Debug)]
 pub struct PublishOptions {
@@ -141,11 +144,12 @@ impl Sender<'_> {
             match exchange(link, &mut newest, tally, observe).await {
                 Ok(Exchange::Goes) => {}
                 Ok(Exchange::SourceEnded) => {
-                    self.linger(tally, observe).await;
+                    self.linger(tally, observe).await?;
                     return if tally.has_sent() { Ok(()) } else { Err(CartError::Empty) };
                 }
                 Err(LinkError::Lost(problem)) => {
                     tracing::warn!(problem, "connection lost");
+                    last_words(link).await?;
                     self.link = None;
                 }
                 Err(LinkError::Refused { reason, text }) => return Err(CartError::Refused { reason, text }),
@@ -154,19 +158,40 @@ impl Sender<'_> {
     }
 
     /// Waits for the poses that are still to come.
-    async fn linger(&mut self, tally: &mut Tally, observe: &mut impl FnMut(&Progress)) {
-        let Some(link) = &mut self.link else { return };
+    async fn linger(
+        &mut self,
+        tally: &mut Tally,
+        observe: &mut impl FnMut(&Progress),
+    ) -> Result<(), CartError> {
+        let Some(link) = &mut self.link else { return Ok(()) };
         let rest = async {
             while tally.awaits_poses() {
-                match link.receive().await {
-                    Ok(body) => hear(body, tally, observe),
-                    Err(_) => return,
-                }
+                hear(link.receive().await?, tally, observe)?;
             }
+            Ok::<(), LinkError>(())
         };
-        // Pairs that were overtaken in the server have no pose, so it is usual that time runs out.
-        let _ = tokio::time::timeout(Duration::from_secs_f64(self.config.linger_s), rest).await;
+        match tokio::time::timeout(Duration::from_secs_f64(self.config.linger_s), rest).await {
+            Ok(Err(LinkError::Refused { reason, text })) => Err(CartError::Refused { reason, text }),
+            // Pairs that were overtaken in the server have no pose, so it is usual that time runs out; and a
+            // connection lost after the last pair has done its work.
+            Ok(Ok(()) | Err(LinkError::Lost(_))) | Err(_) => Ok(()),
+        }
     }
+}
+
+/// A server that ends the connection in the middle of a pair has said why before.
+///
+/// # Errors
+/// [`CartError::Refused`] where it does not want the stream.
+async fn last_words(link: &mut Link) -> Result<(), CartError> {
+    while let Ok(Ok(body)) = tokio::time::timeout(LAST_WORDS_TIMEOUT, link.receive()).await {
+        if let from_server::Body::Refusal(refusal) = body
+            && refusal.sequence.is_none()
+        {
+            return Err(CartError::Refused { reason: refusal.reason(), text: refusal.text });
+        }
+    }
+    Ok(())
 }
 
 enum Exchange {
@@ -191,19 +216,28 @@ async fn exchange(
             link.send(pair).await?;
             observe(&tally.progress());
         }
-        body = link.receive() => hear(body?, tally, observe),
+        body = link.receive() => hear(body?, tally, observe)?,
     }
     Ok(Exchange::Goes)
 }
 
-fn hear(body: from_server::Body, tally: &mut Tally, observe: &mut impl FnMut(&Progress)) {
+/// A refusal of a pair is counted; one of the whole stream ends it.
+fn hear(
+    body: from_server::Body,
+    tally: &mut Tally,
+    observe: &mut impl FnMut(&Progress),
+) -> Result<(), LinkError> {
     match body {
         from_server::Body::Pose(pose) => tally.note_pose(&pose, Instant::now()),
         from_server::Body::Refusal(refusal) => {
+            if refusal.sequence.is_none() {
+                return Err(LinkError::Refused { reason: refusal.reason(), text: refusal.text });
+            }
             tracing::debug!(reason = refusal.reason().name(), text = refusal.text, "refused");
             tally.note_refused(refusal.reason());
         }
-        _ => return,
+        _ => return Ok(()),
     }
     observe(&tally.progress());
+    Ok(())
 }

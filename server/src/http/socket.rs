@@ -100,6 +100,7 @@ impl Peer {
 
     /// Says why, and closes.
     pub async fn end(mut self, ending: Ending) {
+        let oversized = matches!(ending, Ending::Oversized);
         let (last_words, code, text) = match ending {
             Ending::Gone => return,
             Ending::Malformed(text) => (refusal(Reason::MalformedMessage, &text), CLOSE_MALFORMED, text),
@@ -118,6 +119,11 @@ impl Peer {
             let _ = self.socket.send(Message::Binary(protocol::from_server(last_words))).await;
             let _ = self.socket.send(close).await;
             while let Some(Ok(_)) = self.socket.recv().await {}
+            if oversized {
+                // The rest of the message lies unread: closing now would reset the connection, and the peer might
+                // never read why.
+                std::future::pending::<()>().await;
+            }
         })
         .await;
     }

@@ -94,6 +94,9 @@ impl LiveSink {
 
     fn publish_changes(&self, stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
         let update = convert::model_update(stamp_ns, &model.take_changes()?, self.weight_max);
+        if update.changed.is_empty() && update.removed.is_empty() {
+            return Ok(());
+        }
         Ok(self.hub.publish_model(&update)?)
     }
 }
@@ -128,6 +131,10 @@ impl Sink for LiveSink {
             self.publish_changes(pair.stamp_ns, model)?;
         }
         self.observer.as_ref().map_or(Ok(()), |observer| observer.fused(pair, model))
+    }
+
+    fn idle(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
+        self.publish_changes(last_stamp_ns, model)
     }
 
     fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
