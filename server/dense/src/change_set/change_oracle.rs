@@ -32,7 +32,7 @@ fn holdings(fixture: &Fixture) -> (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<Bits>) {
 fn expected_kind(fixture: &Fixture, slot: usize) -> Option<u32> {
     let shown = fixture.rows.history[slot][3] & (ALIVE | STABLE) == ALIVE | STABLE;
     let differs = matches!(slot % 8, 1..=4 | 6);
-    match (shown, slot % 3 != 0) {
+    match (shown, !slot.is_multiple_of(3)) {
         (true, false) => Some(0),
         (true, true) if differs => Some(1),
         (false, true) => Some(2),

@@ -11,7 +11,7 @@ fn compaction_is_a_stable_filter_of_every_array() {
     let gpu = gpu();
     let slots = 777u32;
     let store = SurfelStore::new(&gpu, 1024).unwrap();
-    let kept = |slot: u32| slot % 3 == 0 || slot % 7 == 0;
+    let kept = |slot: u32| slot.is_multiple_of(3) || slot.is_multiple_of(7);
     for (number, array) in (0..).zip(store.arrays()) {
         // bits that are no numbers must survive
         let rows: Vec<Bits> = (0..slots).map(|slot| [slot, 0x7fc0_0001, 0xffff_ffff, number]).collect();

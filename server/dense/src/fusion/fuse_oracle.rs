@@ -36,7 +36,7 @@ fn depth_between(fixture: &Fixture, at: (f64, f64), nearest: f64, gate: f64) -> 
 fn all_around_between(fixture: &Fixture, pixel: (i64, i64), near: f64, far: f64) -> bool {
     let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
     let mut depths = around.map(|(dx, dy)| depth_at(fixture, pixel.0 + dx, pixel.1 + dy));
-    depths.all(|depth| !(depth > 0.0) || (near..=far).contains(&depth))
+    depths.all(|depth| depth.is_nan() || depth <= 0.0 || (near..=far).contains(&depth))
 }
 
 /// With the gates widened by `slack`, to find close calls.
