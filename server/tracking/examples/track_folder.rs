@@ -6,7 +6,9 @@
 //!
 //! `DIR/left` and `DIR/right` hold PNG or JPEG files of the same names (`--left`, `--right` name other folders), taken in the
 //! order of the numbers in their names; `--masks NAME` adds instrument masks. Standard output gets a pose per
-//! tracked frame (`t tx ty tz qx qy qz qw`, world_from_camera, metres), standard error a line per frame and the mean times.
+//! tracked frame (`t tx ty tz qx qy qz qw`, `world_from_camera`, metres), standard error a line per frame and the mean times.
+
+#![expect(clippy::print_stdout, reason = "the trajectory goes to standard output")]
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
