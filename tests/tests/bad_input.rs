@@ -56,7 +56,7 @@ fn swapped_eyes_are_refused_with_a_message_that_says_so() {
 #[test]
 fn a_baseline_that_no_scope_has_is_refused_by_name() {
     let scratch = tempfile::tempdir().unwrap();
-    let recording = data::simulate(scratch.path(), "liver", &["--size", "160x120", "--frames", "2"]);
+    let recording = data::simulate(scratch.path(), "liver", &["--size", "320x240", "--frames", "2"]);
     let out = scratch.path().join("run");
     let arguments = ["replay", "--set", "rig.baseline_max_mm=2", "--out", out.to_str().unwrap()];
     let message = refused(&arguments, &[&recording]);

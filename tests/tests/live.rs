@@ -9,7 +9,7 @@ use tests::server::Server;
 use tests::{data, process};
 
 /// Small pictures: the tests run on software Vulkan.
-const SMALL: &[&str] = &["--size", "160x120", "--frames", "60", "--fps", "10", "--rigid"];
+const SMALL: &[&str] = &["--size", "320x240", "--frames", "60", "--fps", "10", "--rigid"];
 
 /// A cart process; killed when dropped.
 struct Cart(Child);
@@ -18,7 +18,7 @@ impl Cart {
     fn start(recording: &std::path::Path, to: &str, session: &str) -> Self {
         let mut command: Command = process::program("mis-slam-cart");
         command.arg(recording).args(["--to", to, "--session", session, "--loop"]);
-        Self(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the cart starts"))
+        Self(command.stdout(Stdio::null()).spawn().expect("the cart starts"))
     }
 
     /// As when its power fails.
@@ -37,6 +37,18 @@ impl Drop for Cart {
 
 fn has_model(session: &Value) -> Option<()> {
     (session["surfels"].as_u64()? > 300 && session["frames_fused"].as_u64()? > 4).then_some(())
+}
+
+/// What was on its way when the source was lost is still fused and published.
+fn wait_until_still(server: &Server, path: &str) {
+    let mut epoch_since = (server.get(path)["epoch"].clone(), Instant::now());
+    while epoch_since.1.elapsed() < Duration::from_secs(4) {
+        std::thread::park_timeout(Duration::from_millis(100));
+        let epoch = server.get(path)["epoch"].clone();
+        if epoch != epoch_since.0 {
+            epoch_since = (epoch, Instant::now());
+        }
+    }
 }
 
 #[test]
@@ -61,11 +73,12 @@ fn two_carts_over_zenoh_and_websocket_are_shown_by_a_browser_and_a_killed_one_is
         server.wait_for(&path, |state| (state["status"] == "source_lost").then_some(()));
         assert!(killed.elapsed() < Duration::from_secs(2), "{:?}", killed.elapsed());
 
+        wait_until_still(&server, &path);
         let screenshot = scratch.path().join(session).with_extension("png");
         let seen = Browser::open(&Observation {
             url: &server.http,
             session: Some(session),
-            until: "misSlam.following && misSlam.state === 'source_lost' && misSlam.framesDrawn > 2 && misSlam.previews > 0",
+            until: "misSlam.following && misSlam.state === 'source_lost' && misSlam.framesDrawn > 2 && misSlam.previews > 0 && misSlam.surfels === misSlam.serverSurfels",
             screenshot: &screenshot,
         })
         .finish();
@@ -122,7 +135,7 @@ fn a_headless_demo_leaves_a_report_and_a_picture() {
     let out = scratch.path().join("demo");
     let mut command = process::program("mis-slam");
     command.args(["demo", "--headless", "--frames", "12", "--out"]).arg(&out);
-    command.args(["--set", "simulate.width_px=160", "--set", "simulate.height_px=120"]);
+    command.args(["--set", "simulate.width_px=320", "--set", "simulate.height_px=240"]);
     process::run(command);
     let report: Value = serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
     assert!(report["frames"]["fused"].as_u64().unwrap() >= 3, "{report:#}");

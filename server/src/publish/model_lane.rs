@@ -21,6 +21,13 @@ pub struct ModelUpdate {
     pub removed: Vec<u32>,
 }
 
+impl ModelUpdate {
+    /// Whether nothing changed.
+    pub fn is_empty(&self) -> bool {
+        self.changed.is_empty() && self.removed.is_empty()
+    }
+}
+
 /// What became of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Published {

@@ -154,6 +154,10 @@ impl Sink for Collector {
         Ok(())
     }
 
+    fn idle(&self, _last_stamp_ns: u64, _model: &mut DenseSlam) -> Result<(), SinkError> {
+        Ok(())
+    }
+
     fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
         let surfels = model.surfels()?;
         if let Some(stream) = &mut unpoisoned(self.collected.lock()).stream {

@@ -94,9 +94,6 @@ impl LiveSink {
 
     fn publish_changes(&self, stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
         let update = convert::model_update(stamp_ns, &model.take_changes()?, self.weight_max);
-        if update.changed.is_empty() && update.removed.is_empty() {
-            return Ok(());
-        }
         Ok(self.hub.publish_model(&update)?)
     }
 }
@@ -134,7 +131,11 @@ impl Sink for LiveSink {
     }
 
     fn idle(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
-        self.publish_changes(last_stamp_ns, model)
+        let held_back = convert::model_update(last_stamp_ns, &model.take_changes()?, self.weight_max);
+        if !held_back.is_empty() {
+            self.hub.publish_model(&held_back)?;
+        }
+        Ok(())
     }
 
     fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {

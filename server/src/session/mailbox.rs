@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// What happens to a value offered to a full mailbox.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,17 @@ pub enum Offer {
     /// It waits for the receiver, in the place of an older one that is lost.
     Superseded,
     /// The receiver is gone; the value is lost.
+    Closed,
+}
+
+/// What a receiver finds within a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken<T> {
+    /// The oldest waiting value.
+    Value(T),
+    /// Nothing came in time.
+    Nothing,
+    /// Nothing waits and no sender is left.
     Closed,
 }
 
@@ -106,16 +118,30 @@ pub struct MailboxReceiver<T> {
 impl<T> MailboxReceiver<T> {
     /// The oldest waiting value; waits for one. `None` once all senders are gone and nothing waits.
     pub fn take(&self) -> Option<T> {
+        loop {
+            match self.take_within(Duration::MAX) {
+                Taken::Value(value) => return Some(value),
+                Taken::Nothing => {}
+                Taken::Closed => return None,
+            }
+        }
+    }
+
+    /// The oldest waiting value; waits for one at most this long.
+    pub fn take_within(&self, patience: Duration) -> Taken<T> {
+        let started = Instant::now();
         let mut state = self.shared.lock();
         loop {
             if let Some(value) = state.waiting.pop_front() {
                 self.shared.changed.notify_all();
-                return Some(value);
+                return Taken::Value(value);
             }
             if state.senders == 0 {
-                return None;
+                return Taken::Closed;
             }
-            state = self.shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            let Some(left) = patience.checked_sub(started.elapsed()) else { return Taken::Nothing };
+            let waited = self.shared.changed.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 }
@@ -160,6 +186,16 @@ mod tests {
         drop(clone);
         assert_eq!(receiver.take(), Some(7));
         assert_eq!(receiver.take(), None);
+    }
+
+    #[test]
+    fn a_receiver_can_give_up_waiting() {
+        let (sender, receiver) = mailbox(Policy::NewestWins, 1);
+        assert_eq!(receiver.take_within(Duration::from_millis(1)), Taken::Nothing);
+        sender.offer(3);
+        assert_eq!(receiver.take_within(Duration::ZERO), Taken::Value(3));
+        drop(sender);
+        assert_eq!(receiver.take_within(Duration::from_secs(60)), Taken::Closed);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use dense::disparity::{DisparityConfig, DisparityRange};
 use dense::{DenseConfig, DenseError, DenseFrame, DenseSlam, StepReport};
@@ -14,9 +14,12 @@ use gpu::Gpu;
 use recording::Calibration;
 use tracking::{StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
 
-use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, mailbox};
+use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, Taken, mailbox};
 use super::quality::{FrameQuality, QualityConfig, QualityGate};
 use crate::config::Config;
+
+/// Without a pair for this time a session is idle, and what was held back for later is sent.
+const IDLE_AFTER: Duration = Duration::from_millis(300);
 
 /// A decoded stereo pair, as it came from the cameras (not yet rectified).
 #[derive(Clone, Debug)]
@@ -79,6 +82,11 @@ pub trait Sink: Send + Sync + 'static {
     /// # Errors
     /// A failed read-back ends the worker.
     fn fused(&self, pair: &FusedPair, model: &mut DenseSlam) -> Result<(), SinkError>;
+    /// Nothing has come for a while; the model is as `fused` last saw it.
+    ///
+    /// # Errors
+    /// A failed read-back ends the worker.
+    fn idle(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError>;
     /// All input has come out; the last look at the model.
     ///
     /// # Errors
@@ -325,9 +333,16 @@ struct DenseEnd {
 
 fn run_dense(mut dense: DenseEnd, jobs: &MailboxReceiver<DenseJob>, sink: &dyn Sink) {
     let mut last_stamp_ns = 0;
-    while let Some(job) = jobs.take() {
-        last_stamp_ns = job.pair.stamp_ns;
-        if let Err(error) = dense.process(&job, sink) {
+    loop {
+        let done = match jobs.take_within(IDLE_AFTER) {
+            Taken::Value(job) => {
+                last_stamp_ns = job.pair.stamp_ns;
+                dense.process(&job, sink)
+            }
+            Taken::Nothing => sink.idle(last_stamp_ns, &mut dense.model).map_err(WorkerError::from),
+            Taken::Closed => break,
+        };
+        if let Err(error) = done {
             return sink.failed(error);
         }
     }
