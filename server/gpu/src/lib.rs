@@ -25,5 +25,5 @@ pub use kernel::{
 };
 pub use memory::MemoryUse;
 pub use readback::Readback;
-pub use scan::{PrefixSum, scan_kernels};
+pub use scan::PrefixSum;
 pub use timing::{Clock, FrameTimes, StageTime, StageTimer};

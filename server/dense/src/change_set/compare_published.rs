@@ -8,7 +8,7 @@ use crate::store::SurfelStore;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "compare_published",
-    include_str!("compare_published.wgsl"),
+    concat!(include_str!("compare_published.wgsl"), include_str!("settings.wgsl")),
     &[Uniform, Read, Read, Read, Read, Read, Read, Read, ReadWrite],
 );
 

@@ -3,15 +3,6 @@
 // Finds the slots in which the model and what viewers hold of it differ by more than the stated bounds.
 // The published copy has three rows: position, radius | normal, weight | id, colour, frame last seen, held.
 
-struct PublishSettings {
-    slots: u32,
-    batch: u32,
-    position_m: f32,
-    normal_cos: f32,
-    color_levels: f32,
-    weight_step: f32,
-}
-
 @group(0) @binding(0) var<uniform> settings: PublishSettings;
 @group(0) @binding(1) var<storage, read> geometry: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> orientation: array<vec4<f32>>;

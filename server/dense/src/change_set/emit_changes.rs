@@ -8,7 +8,7 @@ use crate::store::{RecordRow, SurfelStore};
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "emit_changes",
-    include_str!("emit_changes.wgsl"),
+    concat!(include_str!("emit_changes.wgsl"), include_str!("settings.wgsl")),
     &[Uniform, Read, Read, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite],
 );
 

@@ -3,15 +3,6 @@
 // Packs the changed surfels in slot order (so by id) and takes them over into the published copy, one batch at a time.
 // A record: position, radius | normal, weight | id, colour, frame last seen, kind.
 
-struct PublishSettings {
-    slots: u32,
-    batch: u32,
-    position_m: f32,
-    normal_cos: f32,
-    color_levels: f32,
-    weight_step: f32,
-}
-
 struct Record {
     geometry: vec4<f32>,
     orientation: vec4<f32>,

@@ -9,7 +9,7 @@ use crate::view::GpuView;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "splat_depth",
-    include_str!("splat_depth.wgsl"),
+    concat!(include_str!("splat_depth.wgsl"), include_str!("settings.wgsl")),
     &[Uniform, Uniform, Read, Read, Read, ReadWrite, ReadWrite],
 );
 

@@ -4,15 +4,6 @@
 // Index map, pass 1: each surfel's disc claims its pixels by depth, the nearest wins, stable ones before all others.
 // Keys are stored inverted so that a zeroed buffer is empty and the largest stored key is the nearest.
 
-struct SplatSettings {
-    slots: u32,
-    // cells of the map per pixel along each axis
-    scale: u32,
-    stable_only: u32,
-    // largest half width of a disc, in cells
-    reach_max: f32,
-}
-
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> splat: SplatSettings;
 @group(0) @binding(2) var<storage, read> geometry: array<vec4<f32>>;

@@ -9,7 +9,7 @@ use crate::view::GpuView;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "splat_slot",
-    include_str!("splat_slot.wgsl"),
+    concat!(include_str!("splat_slot.wgsl"), include_str!("settings.wgsl")),
     &[Uniform, Uniform, Read, Read, ReadWrite],
 );
 

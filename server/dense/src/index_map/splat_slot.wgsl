@@ -1,13 +1,6 @@
 #import view
 // Index map, pass 2: of the discs whose depth won a cell, the lowest slot (the oldest id) takes it.
 
-struct SplatSettings {
-    slots: u32,
-    scale: u32,
-    stable_only: u32,
-    reach_max: f32,
-}
-
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> splat: SplatSettings;
 @group(0) @binding(2) var<storage, read> footprints: array<vec4<u32>>;

@@ -20,11 +20,6 @@ const SPREAD_OFFSETS: KernelDeclaration = KernelDeclaration::new(
 const CHUNK: u32 = 64;
 const BLOCK: u32 = CHUNK * CHUNK;
 
-/// The declarations of the four passes.
-pub fn scan_kernels() -> [KernelDeclaration; 4] {
-    [COUNT_CHUNKS, SCAN_CHUNKS, SCAN_BLOCKS, SPREAD_OFFSETS]
-}
-
 /// A prefix sum over up to `capacity` flags, bound to its own buffers.
 #[derive(Debug)]
 pub struct PrefixSum {

@@ -1,0 +1,10 @@
+// What both splat kernels are told; `SplatSettings` in mod.rs is the CPU side.
+
+struct SplatSettings {
+    slots: u32,
+    // cells of the map per pixel along each axis
+    scale: u32,
+    stable_only: u32,
+    // largest half width of a disc, in cells
+    reach_max: f32,
+}
