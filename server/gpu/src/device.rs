@@ -83,6 +83,12 @@ impl Gpu {
         Self { poison: true, ..self }
     }
 
+    /// For tests: takes the plain paths, as on a device without any of the optional abilities.
+    #[must_use]
+    pub fn with_plain_paths(self) -> Self {
+        Self { capabilities: Capabilities { timestamps: false, subgroups: false, immediates: false }, ..self }
+    }
+
     /// The adapter this device was opened on.
     pub fn description(&self) -> &AdapterDescription {
         &self.description

@@ -29,30 +29,41 @@ fn any() -> AdapterSelection {
     AdapterSelection { adapter: String::new() }.with_environment()
 }
 
-#[test]
-fn a_frame_runs_its_stages_in_order_and_times_each() {
-    let gpu = open();
+fn run_two_stages(gpu: &Gpu, clock: Clock) {
     let source: Vec<f32> = (0..345).map(|i| i as f32).collect();
     let input = gpu.storage_from("input", &source).unwrap();
     let (middle, output) =
         (gpu.storage::<f32>("middle", 345).unwrap(), gpu.storage::<f32>("output", 345).unwrap());
     let factor = gpu.uniform("factor", &3.0f32).unwrap();
-    let kernel = Kernel::compile(&gpu, &SCALE).unwrap();
-    let first = kernel.bind(&gpu, &[&factor, &input, &middle]).unwrap();
-    let second = kernel.bind(&gpu, &[&factor, &middle, &output]).unwrap();
-    let timer = StageTimer::new(&gpu, 8).unwrap();
-    let readback = Readback::<f32>::new(&gpu, "output", 345).unwrap();
+    let kernel = Kernel::compile(gpu, &SCALE).unwrap();
+    let first = kernel.bind(gpu, &[&factor, &input, &middle]).unwrap();
+    let second = kernel.bind(gpu, &[&factor, &middle, &output]).unwrap();
+    let timer = StageTimer::new(gpu, 8).unwrap();
+    let readback = Readback::<f32>::new(gpu, "output", 345).unwrap();
     for _ in 0..2 {
-        let mut frame = FrameRecorder::begin(&gpu, &timer);
+        let mut frame = FrameRecorder::begin(gpu, &timer);
         frame.stage("triple", |stage| stage.run(&first, [345, 1, 1])).unwrap();
         frame.stage("again", |stage| stage.run(&second, [345, 1, 1])).unwrap();
         readback.fetch(&mut frame, &output, 0);
         let times = frame.submit().collect().unwrap();
         assert_eq!(times.stages.iter().map(|stage| stage.name).collect::<Vec<_>>(), ["triple", "again"]);
+        assert!(times.stages.iter().all(|stage| stage.clock == clock && stage.ms > 0.0));
         assert_eq!(times.dispatches, 2);
         let nine_fold: Vec<f32> = source.iter().map(|x| 9.0 * x).collect();
-        assert_eq!(readback.read(&gpu).unwrap(), nine_fold);
+        assert_eq!(readback.read(gpu).unwrap(), nine_fold);
     }
+}
+
+#[test]
+fn a_frame_runs_its_stages_in_order_and_times_each() {
+    let gpu = open();
+    let clock = if gpu.capabilities().timestamps { Clock::Gpu } else { Clock::Cpu };
+    run_two_stages(&gpu, clock);
+}
+
+#[test]
+fn without_gpu_time_stamps_stages_are_timed_by_the_cpu() {
+    run_two_stages(&open().with_plain_paths(), Clock::Cpu);
 }
 
 #[test]
