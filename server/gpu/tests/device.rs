@@ -4,7 +4,7 @@
 
 use gpu::Binding::{Read, ReadWrite, Uniform};
 use gpu::{
-    AdapterSelection, FrameRecorder, Gpu, GpuError, Kernel, KernelDeclaration, PrefixSum, Readback,
+    AdapterSelection, Clock, FrameRecorder, Gpu, GpuError, Kernel, KernelDeclaration, PrefixSum, Readback,
     StageTimer,
 };
 
