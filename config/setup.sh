@@ -98,10 +98,13 @@ install_python_packages() {
 
 page_sources_stamp() { find clients/web protocol/proto -type f -not -path '*/node_modules/*' -not -path '*/dist/*' -print0 | sort -z | xargs -0 sha256sum | sha256sum | cut -d' ' -f1; }
 has_page() { [ -f clients/web/dist/index.html ] && [ "$(cat clients/web/dist/.sources 2>/dev/null)" = "$(page_sources_stamp)" ]; }
+web_packages() { (cd clients/web && npm ci --no-audit --no-fund --loglevel=error "$@" >/dev/null); }
 build_page() {
-    (cd clients/web && npm ci --no-audit --no-fund --loglevel=error && npm run --silent build)
+    [ -d clients/web/node_modules/esbuild ] || web_packages --omit=dev
+    (cd clients/web && npm run --silent build)
     page_sources_stamp >clients/web/dist/.sources
 }
+has_page_tools() { [ -d clients/web/node_modules/typescript ] && [ clients/web/node_modules -nt clients/web/package-lock.json ]; }
 
 require "Rust toolchain" has_rust no_rust
 require "C compiler" has_compiler install_compiler
@@ -110,6 +113,7 @@ require "Vulkan driver (lavapipe where there is no GPU)" has_vulkan_driver insta
 require "Node 18 or newer, npm" has_node install_node
 require "web page (clients/web/dist)" has_page build_page
 if $with_tests; then
+    require "web page tools (TypeScript, linter)" has_page_tools web_packages
     require "Chromium" has_chromium install_chromium
     require "Python packages ($venv)" has_python_packages install_python_packages
 fi

@@ -43,7 +43,7 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
 ];
 
 fn direct_dependencies() -> BTreeMap<String, BTreeSet<String>> {
-    let metadata = MetadataCommand::new().no_deps().exec().unwrap();
+    let metadata = MetadataCommand::new().no_deps().exec().expect("cargo tells about the workspace");
     let of = |package: &cargo_metadata::Package| {
         let normal = package.dependencies.iter().filter(|d| d.kind != DependencyKind::Development);
         normal.map(|d| d.name.clone()).collect()
