@@ -28,8 +28,8 @@ pub enum SimulatedError {
 }
 
 /// The same scene with nothing in it that deforms.
-pub fn rigid(scene: SceneConfig) -> SceneConfig {
-    SceneConfig { deformation_mm: 0.0, respiration_mm: 0.0, beat_hz: 0.0, ..scene }
+pub fn rigid(scene: &SceneConfig) -> SceneConfig {
+    SceneConfig { deformation_mm: 0.0, respiration_mm: 0.0, beat_hz: 0.0, ..scene.clone() }
 }
 
 /// Simulates a scene into a recording with all truth channels. `progress` is told pairs done and in all.

@@ -1,5 +1,7 @@
 //! Bad input to the commands: a clear message, exit status 2, nothing lost (design section 11).
 
+#![expect(clippy::unwrap_used, reason = "a failed step fails the test")]
+
 use std::path::Path;
 
 use tests::{data, process};

@@ -1,5 +1,7 @@
 //! `import`, `replay` and `eval` on simulated and, where present, real recordings.
 
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed step fails the test")]
+
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;

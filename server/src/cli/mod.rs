@@ -1,5 +1,7 @@
 //! The command line (design section 10): a contract that scripts depend on.
 
+#![expect(clippy::print_stdout, reason = "what a command prints is its result")]
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 

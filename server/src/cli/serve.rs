@@ -1,6 +1,5 @@
 //! `mis-slam serve`: the server that carts and viewers connect to.
 
-use std::future::Future;
 use std::io::Write;
 use std::sync::Arc;
 
@@ -52,25 +51,23 @@ async fn announce(service: &Service) -> Result<(), ServiceError> {
 }
 
 /// Resolves on SIGTERM or Ctrl-C.
-pub(super) fn stop_signal() -> impl Future<Output = ()> + Send + 'static {
-    async {
-        let interrupt = tokio::signal::ctrl_c();
-        #[cfg(unix)]
-        {
-            use tokio::signal::unix::{SignalKind, signal};
-            match signal(SignalKind::terminate()) {
-                Ok(mut terminate) => tokio::select! {
-                    _ = terminate.recv() => {}
-                    _ = interrupt => {}
-                },
-                Err(error) => {
-                    tracing::warn!(%error, "SIGTERM will not drain");
-                    let _ = interrupt.await;
-                }
+pub(super) async fn stop_signal() {
+    let interrupt = tokio::signal::ctrl_c();
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        match signal(SignalKind::terminate()) {
+            Ok(mut terminate) => tokio::select! {
+                _ = terminate.recv() => {}
+                _ = interrupt => {}
+            },
+            Err(error) => {
+                tracing::warn!(%error, "SIGTERM will not drain");
+                let _ = interrupt.await;
             }
         }
-        #[cfg(not(unix))]
-        let _ = interrupt.await;
-        tracing::info!("stopping");
     }
+    #[cfg(not(unix))]
+    let _ = interrupt.await;
+    tracing::info!("stopping");
 }

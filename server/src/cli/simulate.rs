@@ -87,7 +87,7 @@ impl Simulate {
             jerk_mm: self.jerk_mm.unwrap_or(defaults.jerk_mm),
             ..defaults.clone()
         };
-        if self.rigid { simulated::rigid(scene) } else { scene }
+        if self.rigid { simulated::rigid(&scene) } else { scene }
     }
 }
 

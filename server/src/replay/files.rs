@@ -117,13 +117,13 @@ fn stage_summary(stage: &super::collector::Stage) -> StageSummary {
 fn back_projection(frames: &[BackProjection]) -> BackProjectionSummary {
     let values = |of: fn(&BackProjection) -> f64| frames.iter().map(of).collect::<Vec<f64>>();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let squares: Vec<f64> = frames.iter().map(|frame| f64::from(frame.rmse_m).powi(2)).collect();
+    let squares: Vec<f64> = frames.iter().map(|frame| frame.rmse_m.powi(2)).collect();
     BackProjectionSummary {
-        mean: mean(&values(|frame| frame.mean_m.into())) * MM_PER_M,
-        median: quantiles(&values(|frame| frame.median_m.into())).median * MM_PER_M,
+        mean: mean(&values(|frame| frame.mean_m)) * MM_PER_M,
+        median: quantiles(&values(|frame| frame.median_m)).median * MM_PER_M,
         rmse: mean(&squares).sqrt() * MM_PER_M,
-        p95: quantiles(&values(|frame| frame.p95_m.into())).median * MM_PER_M,
-        coverage: mean(&values(|frame| frame.coverage.into())),
+        p95: quantiles(&values(|frame| frame.p95_m)).median * MM_PER_M,
+        coverage: mean(&values(|frame| frame.coverage)),
     }
 }
 

@@ -171,7 +171,7 @@ fn feed(
     let mut messages = reader.stereo()?;
     let mut clock = PaceClock::new(pace);
     let mut number = 0;
-    while let Some(message) = messages.next() {
+    for message in messages.by_ref() {
         let message = message?;
         clock.wait_for(message.stamp_ns);
         match decode(&message, number, calibration.image_size_px()) {

@@ -136,7 +136,7 @@ mod tests {
     }
 
     fn stripes(offset: u32, period: u32) -> Gray {
-        Gray::from_fn(64, 48, |x, _| if (x + offset) / period % 2 == 0 { 60 } else { 180 })
+        Gray::from_fn(64, 48, |x, _| if ((x + offset) / period).is_multiple_of(2) { 60 } else { 180 })
     }
 
     #[test]
