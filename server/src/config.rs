@@ -93,6 +93,15 @@ mod tests {
     }
 
     #[test]
+    fn every_shipped_profile_is_a_configuration() {
+        let profiles = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/profiles");
+        for entry in std::fs::read_dir(profiles).unwrap() {
+            let path = entry.unwrap().path();
+            Config::load(Some(&path), &[]).unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
+
+    #[test]
     fn single_values_win_over_files_and_files_over_defaults() {
         let file = tempfile::NamedTempFile::with_suffix(".toml").unwrap();
         std::fs::write(file.path(), "[quality]\ndark_level = 20\nsharpness_window = 9\n").unwrap();

@@ -26,6 +26,8 @@ pub struct DenseFrame<'a> {
     pub right: &'a Rgb,
     /// Instruments in the left eye.
     pub mask: Option<&'a Mask>,
+    /// What the rig's disparities have too much in this frame, px; see the tracker's stereo drift.
+    pub disparity_drift_px: f64,
     /// The tracker's pose, `None` while it is lost: then only the depth is found.
     pub world_from_camera: Option<&'a Pose>,
 }
@@ -93,6 +95,7 @@ impl DenseSlam {
     /// [`DenseError::ImageSize`], [`DenseError::Gpu`].
     pub fn step(&mut self, frame: &DenseFrame) -> Result<StepReport, DenseError> {
         self.preprocess.upload(&self.gpu, frame.left, frame.right, frame.mask)?;
+        self.surface.set_drift(&self.gpu, frame.disparity_drift_px)?;
         if let Some(world_from_camera) = frame.world_from_camera {
             self.model.prepare(frame.index, world_from_camera)?;
         }

@@ -113,6 +113,23 @@ impl<T> std::ops::IndexMut<(u32, u32)> for Raster<T> {
 }
 
 impl Rgb {
+    /// Row `y` of the result is what lies `offset_px` below row `y` here, blended from two rows; black beyond the image.
+    #[must_use]
+    pub fn rows_shifted(&self, offset_px: f64) -> Self {
+        let whole = offset_px.floor();
+        let share = ((offset_px - whole) * 256.0).round() as u32;
+        let black = vec![[0; 3]; self.width() as usize];
+        let row = |y: i64| {
+            u32::try_from(y).ok().filter(|&y| y < self.height()).map_or(black.as_slice(), |y| self.row(y))
+        };
+        let mut data = Vec::with_capacity(self.pixels().len());
+        for y in 0..i64::from(self.height()) {
+            let (upper, lower) = (row(y + whole as i64), row(y + whole as i64 + 1));
+            data.extend(upper.iter().zip(lower).map(|(above, below)| blend(*above, *below, share)));
+        }
+        Self { width: self.width, height: self.height, data }
+    }
+
     /// Luminance by Rec. 601 in 8-bit fixed point, as OpenCV's `RGB2GRAY`.
     pub fn to_gray(&self) -> Gray {
         self.map(|&[r, g, b]| {
@@ -140,6 +157,11 @@ impl Raster<u8> {
     }
 }
 
+/// `share` of 256 from `b`.
+fn blend(a: [u8; 3], b: [u8; 3], share: u32) -> [u8; 3] {
+    std::array::from_fn(|k| ((u32::from(a[k]) * (256 - share) + u32::from(b[k]) * share + 128) >> 8) as u8)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,5 +187,15 @@ mod tests {
     fn pixels_that_do_not_fill_the_image_are_refused() {
         let error = Gray::from_vec(3, 2, vec![0; 5]).expect_err("one is missing");
         assert_eq!(error.to_string(), "an image of 3x2 needs 6 pixels, got 5");
+    }
+
+    #[test]
+    fn shifted_rows_blend_and_end_in_black() {
+        let image = Rgb::from_fn(2, 4, |_, y| [40 * (y as u8 + 1); 3]);
+        let levels = |image: &Rgb| (0..4).map(|y| image[(1, y)][0]).collect::<Vec<_>>();
+        assert_eq!(levels(&image.rows_shifted(0.0)), [40, 80, 120, 160]);
+        assert_eq!(levels(&image.rows_shifted(1.5)), [100, 140, 80, 0]);
+        assert_eq!(levels(&image.rows_shifted(-1.0)), [0, 40, 80, 120]);
+        assert_eq!(levels(&image.rows_shifted(-9.0)), [0; 4]);
     }
 }

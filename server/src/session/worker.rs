@@ -251,6 +251,7 @@ struct DenseJob {
     index: u32,
     pair: RectifiedPair,
     quality: FrameQuality,
+    disparity_drift_px: f64,
     world_from_camera: Option<Pose>,
 }
 
@@ -306,10 +307,20 @@ impl FrontEnd {
         let (stamp_ns, sequence) = (pair.stamp_ns, pair.sequence);
         let world_from_camera = report.world_from_camera.filter(|_| quality.allows_fusion());
         let left = Arc::new(pair.left);
-        let pair =
-            RectifiedPair { stamp_ns, sequence, left: Arc::clone(&left), right: pair.right, mask: pair.mask };
-        let superseded_dense =
-            jobs.offer(DenseJob { index, pair, quality, world_from_camera }) == Offer::Superseded;
+        let pair = RectifiedPair {
+            stamp_ns,
+            sequence,
+            left: Arc::clone(&left),
+            right: levelled(pair.right, report.drift.row_px),
+            mask: pair.mask,
+        };
+        let superseded_dense = jobs.offer(DenseJob {
+            index,
+            pair,
+            quality,
+            disparity_drift_px: report.drift.disparity_px,
+            world_from_camera,
+        }) == Offer::Superseded;
         Ok(TrackedPair {
             stamp_ns,
             sequence,
@@ -366,6 +377,7 @@ impl DenseEnd {
             left: &job.pair.left,
             right: &job.pair.right,
             mask: job.pair.mask.as_ref(),
+            disparity_drift_px: job.disparity_drift_px,
             world_from_camera: job.world_from_camera.as_ref(),
         })?;
         let fused = FusedPair {
@@ -390,6 +402,11 @@ impl DenseEnd {
         let order = dense::disparity::eye_order(&self.gpu, eyes, range, &self.disparity)?;
         if order.is_swapped() { Err(WorkerError::EyesSwapped) } else { Ok(()) }
     }
+}
+
+/// The right image with its rows where the left one's are; a tenth of a pixel changes nothing.
+fn levelled(right: Rgb, row_offset_px: f64) -> Rgb {
+    if row_offset_px.abs() < 0.1 { right } else { right.rows_shifted(row_offset_px) }
 }
 
 fn milliseconds_since(start: Instant) -> f64 {

@@ -76,6 +76,10 @@ pub struct StereoConfig {
     pub search_radius_px: u32,
     /// Matches whose window difference exceeds this multiple of the median are dropped.
     pub difference_median_factor: f32,
+    /// Time in which a drift of the rig's disparity is followed, s.
+    pub drift_time_s: f64,
+    /// Largest drift that is believed, px; 0 turns it off.
+    pub drift_max_px: f64,
 }
 
 /// Projection search.
@@ -229,7 +233,9 @@ impl StereoConfig {
         let radius = self.window_radius_px;
         check("stereo.window_radius_px", f64::from(radius), (2..=8).contains(&radius), "2 to 8")?;
         let radius = self.search_radius_px;
-        check("stereo.search_radius_px", f64::from(radius), (1..=8).contains(&radius), "1 to 8")
+        check("stereo.search_radius_px", f64::from(radius), (1..=8).contains(&radius), "1 to 8")?;
+        check("stereo.drift_time_s", self.drift_time_s, self.drift_time_s > 0.0, "positive")?;
+        check("stereo.drift_max_px", self.drift_max_px, (0.0..=8.0).contains(&self.drift_max_px), "0 to 8")
     }
 }
 

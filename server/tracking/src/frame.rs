@@ -75,6 +75,19 @@ impl FrameFeatures {
         Self { features, stereo, grid, right_count: right_features.len() }
     }
 
+    /// The same with `drift_px` taken off every disparity; what is not in front of the camera then loses its depth.
+    #[must_use]
+    pub fn without_drift(mut self, rig: &StereoRig, drift_px: f64) -> Self {
+        for (stereo, keypoint) in self.stereo.iter_mut().zip(&self.features.keypoints) {
+            *stereo = stereo.and_then(|found| {
+                let right_x_px = found.right_x_px + drift_px as f32;
+                let depth_m = rig.depth_m(f64::from(keypoint.pixel.x - right_x_px));
+                (depth_m > 0.0 && depth_m.is_finite()).then_some(StereoMatch { right_x_px, depth_m, ..found })
+            });
+        }
+        self
+    }
+
     /// Number of left features.
     pub fn len(&self) -> usize {
         self.features.len()
@@ -118,8 +131,17 @@ impl FrameFeatures {
 
     /// Median depth of the features that have one.
     pub fn median_depth_m(&self) -> Option<f64> {
-        let mut depths: Vec<f64> = self.stereo.iter().flatten().map(|stereo| stereo.depth_m).collect();
-        let middle = depths.len().checked_sub(1)? / 2;
-        Some(*depths.select_nth_unstable_by(middle, f64::total_cmp).1)
+        self.median_of_stereo(|stereo| stereo.depth_m)
+    }
+
+    /// How much lower the right image lies, px, from the features that have a depth.
+    pub fn median_row_offset_px(&self) -> Option<f64> {
+        self.median_of_stereo(|stereo| f64::from(stereo.row_offset_px))
+    }
+
+    fn median_of_stereo(&self, value: impl Fn(&StereoMatch) -> f64) -> Option<f64> {
+        let mut values: Vec<f64> = self.stereo.iter().flatten().map(value).collect();
+        let middle = values.len().checked_sub(1)? / 2;
+        Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 }

@@ -20,5 +20,7 @@ mod tracker;
 pub use config::TrackingConfig;
 pub use error::TrackingError;
 pub use frame::{FrameFeatures, StereoFrame};
-pub use report::{KeyframeReason, Outcome, PoseSource, TrackedFeature, TrackingReport, TrackingStatistics};
+pub use report::{
+    KeyframeReason, Outcome, PoseSource, StereoDrift, TrackedFeature, TrackingReport, TrackingStatistics,
+};
 pub use tracker::Tracker;

@@ -100,4 +100,15 @@ pub struct TrackingReport {
     pub statistics: TrackingStatistics,
     /// Set where the frame became a keyframe.
     pub keyframe: Option<KeyframeReason>,
+    /// How the rig has drifted from its calibration.
+    pub drift: StereoDrift,
+}
+
+/// How far two optical paths have bent against each other since they were calibrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StereoDrift {
+    /// What all disparities have too much, px.
+    pub disparity_px: f64,
+    /// How much lower the right image lies, px.
+    pub row_px: f64,
 }

@@ -32,12 +32,13 @@ pub(super) struct Triangulation {
 }
 
 impl Triangulation {
-    pub fn new(rig: &StereoRig) -> Self {
+    /// For disparities of which `drift_px` is not the depth's doing.
+    pub fn new(rig: &StereoRig, drift_px: f64) -> Self {
         let camera = &rig.left;
         Self {
             intrinsics: [camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px].map(|value| value as f32),
             focal_baseline: (camera.fx_px * rig.baseline_m) as f32,
-            disparity_at_infinity: rig.disparity_at_infinity_px() as f32,
+            disparity_at_infinity: (rig.disparity_at_infinity_px() + drift_px) as f32,
             disparity_min: DISPARITY_MIN_PX,
             width: camera.width_px,
             height: camera.height_px,
@@ -50,13 +51,12 @@ impl Triangulation {
 /// Reads disparity planes and the left eye, writes the observation.
 pub(super) fn bind(
     gpu: &Gpu,
-    rig: &Triangulation,
+    rig: &GpuBuffer<Triangulation>,
     planes: &GpuBuffer<[f32; 4]>,
     left: &EyeBuffers,
     observation: &Observation,
 ) -> Result<BoundKernel, GpuError> {
-    let rig = gpu.uniform("triangulation", rig)?;
     let Observation { depth, sigma_z, normal, color, .. } = observation;
     gpu.kernel(&DECLARATION)?
-        .bind(gpu, &[&rig, planes, &left.color, &left.masked, depth, sigma_z, normal, color])
+        .bind(gpu, &[rig, planes, &left.color, &left.masked, depth, sigma_z, normal, color])
 }

@@ -11,6 +11,8 @@ use crate::disparity::{DisparityRange, DisparityStage};
 use crate::testing::{Numbers, gpu};
 use crate::{DenseError, Observation};
 
+const DRIFT_PX: f64 = 0.75;
+
 fn rig((width_px, height_px): (u32, u32)) -> StereoRig {
     let left = Pinhole { width_px, height_px, fx_px: 520.0, fy_px: 505.0, cx_px: 20.3, cy_px: 14.1 };
     StereoRig { left, baseline_m: 0.005, right_cx_px: 24.3 }
@@ -39,7 +41,9 @@ fn check(size: (u32, u32)) {
     let observation = Observation::new(&gpu, size.0, size.1).unwrap();
     let planes = planes((size.0 * size.1) as usize);
     let buffer = gpu.storage_from("planes", &planes).unwrap();
-    let triangulation = Triangulation::new(&rig);
+    // Drift is the same as another principal point of the right camera.
+    let calibrated = StereoRig { right_cx_px: rig.right_cx_px + DRIFT_PX, ..rig };
+    let triangulation = gpu.uniform("triangulation", &Triangulation::new(&calibrated, DRIFT_PX)).unwrap();
     let kernel = measure_surface::bind(&gpu, &triangulation, &buffer, input.left(), &observation).unwrap();
     let timer = StageTimer::new(&gpu, 2).unwrap();
     let mut frame = FrameRecorder::begin(&gpu, &timer);

@@ -1,7 +1,7 @@
 //! The measured surface of each frame.
 
 use geometry::StereoRig;
-use gpu::{BoundKernel, FrameRecorder, Gpu, GpuError};
+use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, GpuError};
 
 use super::measure_surface::{self, Triangulation};
 use super::upload::Preprocess;
@@ -12,6 +12,8 @@ use crate::{DenseError, Observation};
 #[derive(Debug)]
 pub struct SurfaceStage {
     size: (u32, u32),
+    rig: StereoRig,
+    triangulation: GpuBuffer<Triangulation>,
     measure: BoundKernel,
 }
 
@@ -34,10 +36,18 @@ impl SurfaceStage {
                 return Err(DenseError::ImageSize { what, found, expected });
             }
         }
-        let triangulation = Triangulation::new(rig);
+        let triangulation = gpu.uniform("triangulation", &Triangulation::new(rig, 0.0))?;
         let measure =
             measure_surface::bind(gpu, &triangulation, disparity.planes(), input.left(), observation)?;
-        Ok(Self { size: expected, measure })
+        Ok(Self { size: expected, rig: *rig, triangulation, measure })
+    }
+
+    /// From the next frame on, `drift_px` is taken off every disparity.
+    ///
+    /// # Errors
+    /// Whatever the GPU refuses.
+    pub fn set_drift(&self, gpu: &Gpu, drift_px: f64) -> Result<(), GpuError> {
+        gpu.write(&self.triangulation, 0, &[Triangulation::new(&self.rig, drift_px)])
     }
 
     /// Records depth, standard deviation, normals and colours.

@@ -15,6 +15,8 @@ pub struct StereoMatch {
     pub right_x_px: f32,
     /// Depth along the left optical axis.
     pub depth_m: f64,
+    /// How much lower the right keypoint lies, full-size px: zero in a well rectified pair.
+    pub row_offset_px: f32,
 }
 
 /// One eye's features and the images they came from.
@@ -79,7 +81,8 @@ impl RowMatcher<'_> {
         let depth_m = self.rig.depth_m(f64::from(disparity_px));
         self.is_plausible(disparity_px).then(|| {
             let right_x_px = left.pixel.x - disparity_px;
-            (StereoMatch { right_x_px, depth_m }, refined.difference)
+            let row_offset_px = right.pixel.y - left.pixel.y;
+            (StereoMatch { right_x_px, depth_m, row_offset_px }, refined.difference)
         })
     }
 

@@ -5,4 +5,5 @@ pub mod alignment;
 pub mod pose;
 pub mod reprojection;
 pub mod standstill;
+pub mod stereo_drift;
 pub mod structure;

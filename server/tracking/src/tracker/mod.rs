@@ -16,8 +16,10 @@ use crate::frame::{FrameFeatures, StereoFrame};
 use crate::local_mapping::{self, PosedFrame};
 use crate::map::{KeyframeId, Map};
 use crate::report::{
-    KeyframeReason, Outcome, PoseSource, TrackedFeature, TrackingReport, TrackingStatistics,
+    KeyframeReason, Outcome, PoseSource, StereoDrift, TrackedFeature, TrackingReport, TrackingStatistics,
 };
+use crate::solve::reprojection::PointObservation;
+use crate::solve::stereo_drift::{disparity_excess_px, gain};
 use keyframe_rule::TrackedFrame;
 use motion_model::Velocity;
 use pose_search::{Frame, Located, PoseSearch, relocalisation_candidates};
@@ -32,6 +34,7 @@ pub struct Tracker {
     map: Map,
     state: State,
     last_stamp_ns: Option<u64>,
+    drift: StereoDrift,
 }
 
 #[derive(Debug)]
@@ -63,7 +66,16 @@ impl Tracker {
         let extractor = Extractor::new(&config.features);
         let scales = extractor.scales();
         let (map, state) = (Map::default(), State::NotInitialized);
-        Ok(Self { config: config.clone(), rig: *rig, extractor, scales, map, state, last_stamp_ns: None })
+        Ok(Self {
+            config: config.clone(),
+            rig: *rig,
+            extractor,
+            scales,
+            map,
+            state,
+            last_stamp_ns: None,
+            drift: StereoDrift::default(),
+        })
     }
 
     /// The sparse map.
@@ -81,16 +93,21 @@ impl Tracker {
         if let Some(last_ns) = self.last_stamp_ns.filter(|&last_ns| stamp_ns <= last_ns) {
             return Err(TrackingError::Stamp { stamp_ns, last_ns });
         }
-        self.last_stamp_ns = Some(stamp_ns);
-        let features = Arc::new(FrameFeatures::extract(frame, &self.rig, &self.extractor, &self.config));
+        let elapsed_ns = self.last_stamp_ns.replace(stamp_ns).map_or(0, |last_ns| stamp_ns - last_ns);
+        let features = FrameFeatures::extract(frame, &self.rig, &self.extractor, &self.config);
+        let features = Arc::new(features.without_drift(&self.rig, self.drift.disparity_px));
         let frame = Frame { stamp_ns, features: &features };
 
         let before = std::mem::replace(&mut self.state, State::NotInitialized);
+        let starting = matches!(before, State::NotInitialized);
         let located = match &before {
             State::NotInitialized => self.first_frame(frame),
             State::Tracking(track) => self.follow(frame, track),
             State::Lost { attempts, .. } => self.relocalise(frame, *attempts),
         };
+        let elapsed_s = elapsed_ns as f64 * 1e-9;
+        self.follow_rows(&features, if starting { f64::INFINITY } else { elapsed_s });
+        let located = located.map(|located| self.follow_disparity(located, elapsed_s));
         let (state, verdict) = match (located, before) {
             (Some(located), State::Lost { .. }) => self.accept(located, Outcome::Recovered, None),
             (Some(located), State::Tracking(track)) => self.accept(located, Outcome::Tracked, Some(&track)),
@@ -140,6 +157,37 @@ impl Tracker {
             .into_iter()
             .filter_map(|id| self.map.keyframe(id))
             .find_map(|keyframe| search.by_view(frame, keyframe.into(), PoseSource::Relocalisation))
+    }
+
+    /// Rows need no pose.
+    fn follow_rows(&mut self, features: &FrameFeatures, elapsed_s: f64) {
+        let enough = features.stereo_count() >= self.config.recovery.initial_points_min as usize;
+        let Some(row_px) = features.median_row_offset_px().filter(|_| enough) else { return };
+        let config = &self.config.stereo;
+        let gain = gain(elapsed_s, config.drift_time_s);
+        let row_px = self.drift.row_px + gain * (row_px - self.drift.row_px);
+        self.drift.row_px = row_px.clamp(-config.drift_max_px, config.drift_max_px);
+    }
+
+    /// Takes what all disparities have too much as drift of the rig, and off the frame before the map learns from it.
+    fn follow_disparity(&mut self, mut located: Located, elapsed_s: f64) -> Located {
+        let posed = &mut located.posed;
+        let observed = posed.matches.iter().enumerate().filter_map(|(feature, id)| {
+            let point = self.map.point((*id)?)?;
+            let observation = posed.frame.observation(feature, &self.scales, &self.config.pose);
+            Some(PointObservation { point_in_world: point.position_in_world, observation, trust: 1.0 })
+        });
+        let observed: Vec<PointObservation> = observed.collect();
+        let config = &self.config.stereo;
+        let gain = gain(elapsed_s, config.drift_time_s);
+        let limited = |drift_px: f64| drift_px.clamp(-config.drift_max_px, config.drift_max_px);
+        if let Some(excess_px) = disparity_excess_px(&self.rig, &posed.camera_from_world, &observed) {
+            let disparity_px = limited(self.drift.disparity_px + gain * excess_px);
+            let step_px = disparity_px - self.drift.disparity_px;
+            posed.frame = Arc::new(posed.frame.as_ref().clone().without_drift(&self.rig, step_px));
+            self.drift.disparity_px = disparity_px;
+        }
+        located
     }
 
     /// A pose was found: the map learns from the frame, and the next one starts from it.
@@ -244,6 +292,7 @@ impl Tracker {
                 map_points: self.map.point_count(),
             },
             keyframe: verdict.keyframe,
+            drift: self.drift,
         }
     }
 }
