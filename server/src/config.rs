@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn every_shipped_profile_is_a_configuration() {
-        let profiles = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/profiles");
+        let profiles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/profiles");
         for entry in std::fs::read_dir(profiles).unwrap() {
             let path = entry.unwrap().path();
             Config::load(Some(&path), &[]).unwrap_or_else(|error| panic!("{error}"));
