@@ -1,7 +1,5 @@
 //! Rectification of a real, distorted rig: corresponding points of the two eyes end up on one row.
 
-#![expect(clippy::unwrap_used, reason = "a failed step fails the test")]
-
 use geometry::{Gray, Rectification};
 use recording::{Calibration, RecordingConfig, RecordingReader};
 use serde::Deserialize;
