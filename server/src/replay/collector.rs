@@ -121,8 +121,10 @@ impl Sink for Collector {
     }
 
     fn fused(&self, pair: &FusedPair, model: &mut DenseSlam) -> Result<(), SinkError> {
-        if let Some(directory) = &self.depth_directory {
-            export::write_pfm(&depth_file(directory, pair.sequence), &model.depth_map()?)?;
+        let wanted = self.depth_directory.is_some() || !self.truth.is_empty();
+        let depth = wanted.then(|| model.depth_map()).transpose()?;
+        if let (Some(directory), Some(depth)) = (&self.depth_directory, &depth) {
+            export::write_pfm(&depth_file(directory, pair.sequence), depth)?;
         }
         let mut collected = unpoisoned(self.collected.lock());
         for stage in &pair.report.stages {
@@ -142,12 +144,12 @@ impl Sink for Collector {
         if let Some(stream) = &mut collected.stream {
             stream.publish(pair.stamp_ns, &model.take_changes()?)?;
         }
-        if !self.truth.is_empty() {
+        if let Some(depth) = depth.as_ref().filter(|_| !self.truth.is_empty()) {
             let frame = PointFrame {
                 frame: pair.sequence as u32,
                 points_in_camera: self.truth.at(pair.stamp_ns),
                 world_from_camera,
-                depth: &model.depth_map()?,
+                depth,
             };
             collected.points.observe(model.rig(), &frame);
         }
