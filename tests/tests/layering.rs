@@ -29,7 +29,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "tracking",
         ],
     ),
-    ("tests", &["evaluation", "geometry", "protocol", "recording", "simulator"]),
+    ("tests", &["evaluation", "geometry", "mis-slam", "protocol", "recording", "simulator"]),
 ];
 
 /// Libraries that stay out of a package, so that it can be used without them.

@@ -23,6 +23,8 @@ pub struct DenseConfig {
     pub compaction_dead_share: f64,
     /// `[dense.fusion]`.
     pub fusion: FusionConfig,
+    /// `[dense.warp]`.
+    pub warp: WarpConfig,
     /// `[dense.rejection]`.
     pub rejection: RejectionConfig,
     /// `[dense.publish]`.
@@ -57,6 +59,16 @@ pub struct FusionConfig {
     pub contradiction_loss: f64,
     /// Radius around a registered surfel, in spacings, in which no new one is made.
     pub cover_radius_spacings: f64,
+}
+
+/// How the model deforms.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WarpConfig {
+    /// Whether it does; without, the model is rigid.
+    pub enabled: bool,
+    /// Whether the solver leaves out the pixels of `shared/held_out.wgsl`, for measuring what it does elsewhere.
+    pub hold_out: bool,
 }
 
 /// Which frames are not fused.

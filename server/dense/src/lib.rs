@@ -22,12 +22,12 @@ mod testing;
 mod view;
 
 pub use change_set::ChangeSet;
-pub use config::{DenseConfig, FusionConfig, PublishConfig, RejectionConfig};
+pub use config::{DenseConfig, FusionConfig, PublishConfig, RejectionConfig, WarpConfig};
 pub use error::DenseError;
 pub use model::{DiscardReason, FusionReport, SurfelModel, kernels};
 pub use observation::Observation;
 pub use render::Rendering;
 pub use slam::{DenseFrame, DenseSlam, StepReport};
-pub use statistics::BackProjection;
+pub use statistics::{BackProjection, HeldOut};
 pub use store::Surfel;
 pub use view::View;

@@ -8,7 +8,7 @@ use gpu::{FrameRecorder, Gpu, StageTime};
 use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
 use crate::model::{DiscardReason, FusionReport, SurfelModel};
 use crate::preprocess::{Preprocess, SurfaceStage};
-use crate::{BackProjection, ChangeSet, DenseConfig, DenseError, Observation, Surfel, View};
+use crate::{BackProjection, ChangeSet, DenseConfig, DenseError, Observation, Rendering, Surfel, View};
 
 /// What a picture shows where the model does not cover it.
 const BACKGROUND: [u8; 3] = [18, 18, 22];
@@ -136,12 +136,12 @@ impl DenseSlam {
         self.model.surfels()
     }
 
-    /// A picture of the stable model.
+    /// A picture of the stable model and its depth.
     ///
     /// # Errors
     /// [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
-    pub fn render(&self, view: &View) -> Result<Rgb, DenseError> {
-        Ok(self.model.render(view, BACKGROUND)?.rgb)
+    pub fn render(&self, view: &View) -> Result<Rendering, DenseError> {
+        self.model.render(view, BACKGROUND)
     }
 
     fn report(&self, fusion: Option<FusionReport>, times: gpu::FrameTimes) -> StepReport {

@@ -14,7 +14,7 @@ use tokio::sync::oneshot;
 use super::progress::Progress;
 use super::{Failure, Outcome, replay, serve};
 use crate::config::Config;
-use crate::replay::collector::Collector;
+use crate::replay::collector::{Collector, Running};
 use crate::replay::files::{self, Run};
 use crate::replay::truth::PointTruth;
 use crate::service::{Service, ServiceConfig};
@@ -51,7 +51,7 @@ impl Demo {
         std::fs::create_dir_all(&self.out)
             .map_err(|error| Failure::failed(format!("{}: {error}", self.out.display())))?;
         let started = Instant::now();
-        let collector = Arc::new(Collector::new(None, None, PointTruth::default()));
+        let collector = Arc::new(Collector::new(Running::default(), None, PointTruth::default()));
         let (engine, gpu) = serve::engine(config)?;
         let engine = Arc::new(engine.observed_by(Arc::clone(&collector) as _));
         let mut loopback = config.clone();

@@ -14,7 +14,7 @@ mod disparity;
 mod doctor;
 mod eval;
 mod import;
-mod progress;
+pub mod progress;
 mod replay;
 mod serve;
 mod simulate;

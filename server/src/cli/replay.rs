@@ -1,5 +1,6 @@
 //! `mis-slam replay`: a recording in, trajectory and model out.
 
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -24,6 +25,9 @@ pub struct Replay {
     /// Also write DIR/depth/NNNNNN.pfm for every pair (metres).
     #[arg(long)]
     save_depth: bool,
+    /// Also write DIR/views/NNNNNN.png and .pfm, the model as the scope sees it, for every N-th pair.
+    #[arg(long, value_name = "N")]
+    views_every: Option<NonZeroU32>,
 }
 
 impl Replay {
@@ -33,6 +37,7 @@ impl Replay {
             out: self.out,
             pace: self.pace,
             save_depth: self.save_depth,
+            views_every: self.views_every,
         };
         let mut progress = Progress::new("replay");
         let replayed = replay::replay(&options, config, &mut |done, total| progress.set(done, total));

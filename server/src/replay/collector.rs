@@ -1,14 +1,16 @@
 //! Takes the worker's results in while it runs.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use dense::{DenseSlam, Surfel};
+use dense::{DenseSlam, Rendering, Surfel};
 use geometry::Rgb;
 use geometry::trajectory::StampedPose;
 use recording::export;
 
+use super::frames::FrameRow;
 use super::points::{PointFollower, PointFrame};
 use super::report::FrameCounts;
 use super::stream::StreamMeter;
@@ -20,9 +22,18 @@ use crate::session::worker::{FusedPair, Sink, SinkError, TrackedPair, WorkerErro
 /// Size of the picture of the final model.
 const PICTURE_PX: (u32, u32) = (960, 720);
 
+/// What is written while the replay runs.
+#[derive(Clone, Debug, Default)]
+pub struct Running {
+    /// Where the measured depth of each pair goes.
+    pub depth_directory: Option<PathBuf>,
+    /// Where pictures of the model go, and for every how many pairs.
+    pub views: Option<(PathBuf, NonZeroU32)>,
+}
+
 /// The replay's sink.
 pub struct Collector {
-    depth_directory: Option<PathBuf>,
+    running: Running,
     truth: PointTruth,
     collected: Mutex<Collected>,
 }
@@ -34,7 +45,7 @@ pub struct Collected {
     pub reasons: BTreeMap<String, u64>,
     pub stages: BTreeMap<&'static str, Stage>,
     pub frame_ms: Vec<f64>,
-    pub back_projection: Vec<dense::BackProjection>,
+    pub frames: Vec<FrameRow>,
     pub points: PointFollower,
     /// `None` where somebody else publishes the changes.
     pub stream: Option<StreamMeter>,
@@ -53,14 +64,14 @@ pub struct Stage {
 
 impl Collector {
     /// Collects; with a `stream` it takes the model's changes and publishes them there.
-    pub fn new(depth_directory: Option<PathBuf>, stream: Option<StreamMeter>, truth: PointTruth) -> Self {
+    pub fn new(running: Running, stream: Option<StreamMeter>, truth: PointTruth) -> Self {
         let collected = Collected {
             trajectory: Vec::new(),
             counts: FrameCounts::default(),
             reasons: BTreeMap::new(),
             stages: BTreeMap::new(),
             frame_ms: Vec::new(),
-            back_projection: Vec::new(),
+            frames: Vec::new(),
             points: PointFollower::default(),
             stream,
             stamps_ns: None,
@@ -69,7 +80,7 @@ impl Collector {
             error: None,
             front_ms: BTreeMap::new(),
         };
-        Self { depth_directory, truth, collected: Mutex::new(collected) }
+        Self { running, truth, collected: Mutex::new(collected) }
     }
 
     /// A pair that does not reach the model, with the reason it is counted under.
@@ -92,6 +103,22 @@ impl Collected {
 
     fn time(&mut self, name: &'static str, clock: &'static str, ms: f64) {
         self.stages.entry(name).or_insert_with(|| Stage { clock, ms: Vec::new() }).ms.push(ms);
+    }
+}
+
+impl Collector {
+    /// The model as the scope sees it: a picture and its depth.
+    fn write_view(&self, pair: &FusedPair, model: &DenseSlam) -> Result<(), SinkError> {
+        let Some((directory, every)) = &self.running.views else { return Ok(()) };
+        let Some(world_from_camera) = pair.world_from_camera else { return Ok(()) };
+        if !pair.sequence.is_multiple_of(u64::from(every.get())) {
+            return Ok(());
+        }
+        let view = dense::View { pinhole: model.rig().left, world_from_camera };
+        let Rendering { rgb, depth } = model.render(&view)?;
+        export::write_pfm(&numbered_file(directory, pair.sequence, "pfm"), &depth)?;
+        let png = recording::encode_png_rgb(&rgb)?;
+        Ok(std::fs::write(numbered_file(directory, pair.sequence, "png"), png.bytes)?)
     }
 }
 
@@ -121,11 +148,12 @@ impl Sink for Collector {
     }
 
     fn fused(&self, pair: &FusedPair, model: &mut DenseSlam) -> Result<(), SinkError> {
-        let wanted = self.depth_directory.is_some() || !self.truth.is_empty();
+        let wanted = self.running.depth_directory.is_some() || !self.truth.is_empty();
         let depth = wanted.then(|| model.depth_map()).transpose()?;
-        if let (Some(directory), Some(depth)) = (&self.depth_directory, &depth) {
-            export::write_pfm(&depth_file(directory, pair.sequence), depth)?;
+        if let (Some(directory), Some(depth)) = (&self.running.depth_directory, &depth) {
+            export::write_pfm(&numbered_file(directory, pair.sequence, "pfm"), depth)?;
         }
+        self.write_view(pair, model)?;
         let mut collected = unpoisoned(self.collected.lock());
         for stage in &pair.report.stages {
             collected.time(stage.name, stage.clock.name(), stage.ms);
@@ -140,7 +168,7 @@ impl Sink for Collector {
             let reason = pair.report.discarded_reason.map_or("not_fused", |reason| reason.name());
             collected.count_reason(reason);
         }
-        collected.back_projection.extend(pair.report.back_projection);
+        collected.frames.push(FrameRow::new(pair));
         if let Some(stream) = &mut collected.stream {
             stream.publish(pair.stamp_ns, &model.take_changes()?)?;
         }
@@ -178,14 +206,14 @@ impl Sink for Collector {
     }
 }
 
-/// Pair `number` of the recording, counted from 0.
-fn depth_file(directory: &Path, number: u64) -> PathBuf {
-    directory.join(format!("{number:06}.pfm"))
+/// The file of pair `number` of the recording, counted from 0.
+fn numbered_file(directory: &Path, number: u64, extension: &str) -> PathBuf {
+    directory.join(format!("{number:06}.{extension}"))
 }
 
 fn picture(model: &DenseSlam, surfels: &[Surfel]) -> Result<Rgb, SinkError> {
     let points: Vec<_> = surfels.iter().map(|surfel| surfel.position.map(f64::from).into()).collect();
     let normals: Vec<_> = surfels.iter().map(|surfel| surfel.normal.map(f64::from).into()).collect();
     let (pinhole, world_from_camera) = overview::overview(&points, &normals, PICTURE_PX.0, PICTURE_PX.1);
-    Ok(model.render(&dense::View { pinhole, world_from_camera })?)
+    Ok(model.render(&dense::View { pinhole, world_from_camera })?.rgb)
 }

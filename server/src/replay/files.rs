@@ -4,19 +4,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use dense::{BackProjection, Surfel};
+use dense::Surfel;
 use gpu::Gpu;
 use recording::PairingStatistics;
 use recording::export::{self, PlySurfel};
 
-use super::collector::Collected;
+use super::collector::{Collected, Running};
+use super::frames::{self, FrameRow};
 use super::report::{
     BackProjectionSummary, FrameCounts, PeakMemory, Quantiles, Report, StageSummary, peak_resident_mib,
     quantiles,
 };
-use super::{ReplayError, ReplayOptions};
-
-const MM_PER_M: f64 = 1e3;
+use super::{ReplayError, ReplayOptions, seams};
 
 /// What the report says about the run as a whole.
 pub struct Run<'a> {
@@ -28,8 +27,12 @@ pub struct Run<'a> {
 
 /// Makes the directories for the results, before hours are spent on them.
 pub fn make_directories(options: &ReplayOptions) -> Result<(), ReplayError> {
-    let deepest = if options.save_depth { options.out.join("depth") } else { options.out.clone() };
-    std::fs::create_dir_all(&deepest).map_err(ReplayError::io(&deepest))
+    let Running { depth_directory, views } = options.running();
+    let views = views.map(|(directory, _)| directory);
+    for directory in [Some(options.out.clone()), depth_directory, views].into_iter().flatten() {
+        std::fs::create_dir_all(&directory).map_err(ReplayError::io(&directory))?;
+    }
+    Ok(())
 }
 
 /// Writes all results and gives the report back.
@@ -41,6 +44,7 @@ pub fn write(out: &Path, collected: &Collected, run: &Run) -> Result<Report, Rep
         export::write_points(&out.join("points.csv"), collected.points.estimates())
             .map_err(ReplayError::Results)?;
     }
+    frames::write(&out.join("frames.csv"), &collected.frames)?;
     if let Some(picture) = &collected.picture {
         let file = out.join("model.png");
         write_bytes(&file, &recording::encode_png_rgb(picture).map_err(ReplayError::Results)?.bytes)?;
@@ -76,7 +80,8 @@ fn report(collected: &Collected, run: &Run) -> Report {
         wall_s: run.wall.as_secs_f64(),
         surfels: collected.model.len() as u64,
         nodes: 0,
-        back_projection_mm: back_projection(&collected.back_projection),
+        back_projection_mm: back_projection(&collected.frames),
+        color_seam_levels: seams::color_step_levels(&collected.model),
         stream: collected.stream.as_ref().map(|stream| stream.summary(duration_s)),
         peak_memory: PeakMemory {
             cpu_mib: peak_resident_mib(),
@@ -114,16 +119,17 @@ fn stage_summary(stage: &super::collector::Stage) -> StageSummary {
     StageSummary { runs: stage.ms.len() as u64, median_ms: median, p95_ms: p95, clock: stage.clock }
 }
 
-fn back_projection(frames: &[BackProjection]) -> BackProjectionSummary {
-    let values = |of: fn(&BackProjection) -> f64| frames.iter().map(of).collect::<Vec<f64>>();
+fn back_projection(frames: &[FrameRow]) -> BackProjectionSummary {
+    let values = |of: fn(&FrameRow) -> Option<f64>| frames.iter().filter_map(of).collect::<Vec<f64>>();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let squares: Vec<f64> = frames.iter().map(|frame| frame.rmse_m.powi(2)).collect();
     BackProjectionSummary {
-        mean: mean(&values(|frame| frame.mean_m)) * MM_PER_M,
-        median: quantiles(&values(|frame| frame.median_m)).median * MM_PER_M,
-        rmse: mean(&squares).sqrt() * MM_PER_M,
-        p95: quantiles(&values(|frame| frame.p95_m)).median * MM_PER_M,
+        mean: mean(&values(|frame| frame.mean_mm)),
+        median: quantiles(&values(|frame| frame.median_mm)).median,
+        rmse: mean(&values(|frame| Some(frame.rmse_mm?.powi(2)))).sqrt(),
+        p95: quantiles(&values(|frame| frame.p95_mm)).median,
         coverage: mean(&values(|frame| frame.coverage)),
+        held_out_mean: mean(&values(|frame| frame.held_out_mean_mm)),
+        others_mean: mean(&values(|frame| frame.others_mean_mm)),
     }
 }
 

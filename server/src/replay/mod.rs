@@ -1,5 +1,6 @@
 //! Replays a recording through the same worker as a live session and writes the results (design section 10).
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
@@ -15,12 +16,15 @@ use crate::session::worker::{self, StageConfig, StereoPair, WorkerError, WorkerS
 
 pub(crate) mod collector;
 pub(crate) mod files;
+mod frames;
 mod points;
 mod report;
+mod seams;
 mod stream;
 pub(crate) mod truth;
 
-use collector::Collector;
+use collector::{Collector, Running};
+pub use frames::FrameRow;
 pub use report::Report;
 use stream::StreamMeter;
 use truth::PointTruth;
@@ -45,6 +49,8 @@ pub struct ReplayOptions {
     pub pace: Pace,
     /// Also write the depth of each pair.
     pub save_depth: bool,
+    /// Also write the model as the scope sees it, picture and depth, at every n-th pair.
+    pub views_every: Option<NonZeroU32>,
 }
 
 /// Why a replay ended without results.
@@ -76,6 +82,14 @@ pub enum ReplayError {
     /// A result file could not be written.
     #[error(transparent)]
     Results(RecordingError),
+    /// `frames.csv` could not be written or read.
+    #[error("{}: {source}", .path.display())]
+    Frames {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: csv::Error,
+    },
     /// A file or directory of the results could not be made.
     #[error("{}: {source}", .path.display())]
     Io {
@@ -104,6 +118,15 @@ impl ReplayError {
     }
 }
 
+impl ReplayOptions {
+    fn running(&self) -> Running {
+        Running {
+            depth_directory: self.save_depth.then(|| self.out.join("depth")),
+            views: self.views_every.map(|every| (self.out.join("views"), every)),
+        }
+    }
+}
+
 /// Replays a recording. `progress` is told pairs done and, where known, in all.
 ///
 /// # Errors
@@ -118,9 +141,9 @@ pub fn replay(
     let calibration = checked_calibration(&reader, config)?;
     files::make_directories(options)?;
     let gpu = Arc::new(Gpu::open(&config.gpu.clone().with_environment())?);
-    let depth_directory = options.save_depth.then(|| options.out.join("depth"));
     let stream = StreamMeter::new(config.publish.viewer_budget_bytes(), config.dense.fusion.weight_max);
-    let collector = Arc::new(Collector::new(depth_directory, Some(stream), PointTruth::load(&reader)?));
+    let truth = PointTruth::load(&reader)?;
+    let collector = Arc::new(Collector::new(options.running(), Some(stream), truth));
     let policy = match options.pace {
         Pace::Max => Policy::Lossless,
         Pace::Realtime => Policy::NewestWins,

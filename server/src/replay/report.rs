@@ -25,6 +25,9 @@ pub struct Report {
     pub nodes: u64,
     /// Distance of the model from the observed depth before fusion, over all frames.
     pub back_projection_mm: BackProjectionSummary,
+    /// Step of grey levels (0-255) where parts of the model that were last seen at different times meet, texture taken
+    /// off; `None` where no such parts meet.
+    pub color_seam_levels: Option<f64>,
     /// What viewers would have received; a live session counts that elsewhere.
     pub stream: Option<StreamSummary>,
     /// Largest memory held.
@@ -87,6 +90,10 @@ pub struct BackProjectionSummary {
     pub p95: f64,
     /// Mean share of measured pixels that the model explains.
     pub coverage: f64,
+    /// Mean over frames of the mean over every 7th block of pixels, which the solver can be told to leave out.
+    pub held_out_mean: f64,
+    /// The same over all other pixels.
+    pub others_mean: f64,
 }
 
 /// Cost of streaming the model as it grew.

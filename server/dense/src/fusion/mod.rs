@@ -15,7 +15,9 @@ mod mark_lifted;
 mod settings;
 mod settle;
 
-pub(crate) use settings::{ERROR_BINS, FusionSettings, HISTOGRAM, RESULTS};
+#[cfg(test)]
+pub(crate) use settings::ERROR_BINS;
+pub(crate) use settings::{FusionSettings, HELD_OUT_HISTOGRAM, HISTOGRAM, RESULTS};
 
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuError, KernelDeclaration};
 

@@ -8,8 +8,10 @@ use crate::config::{DenseConfig, metres};
 pub(crate) const ERROR_BINS: usize = 1024;
 /// Place of the histogram in the results.
 pub(crate) const HISTOGRAM: usize = 8;
+/// Place of the held-out pixels' histogram.
+pub(crate) const HELD_OUT_HISTOGRAM: usize = HISTOGRAM + ERROR_BINS;
 /// Length of the results.
-pub(crate) const RESULTS: usize = HISTOGRAM + ERROR_BINS;
+pub(crate) const RESULTS: usize = HELD_OUT_HISTOGRAM + ERROR_BINS;
 
 /// Settings of one fused frame; metres, frames.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -1,8 +1,10 @@
 #import view
 #import finite
 #import fusion
+#import held_out
 // Back-projection error: the model under the tracker's pose against the observed depth, as an integer histogram of
-// |model depth - observed depth|, before anything is fused. Each invocation takes 16 pixels.
+// |model depth - observed depth|, before anything is fused; held-out pixels have their own. Each invocation takes 16
+// pixels.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> settings: FusionSettings;
@@ -44,7 +46,8 @@ fn compare_depth(@builtin(global_invocation_id) id: vec3<u32>) {
         let error = abs(model_depth(~stored, vec2<f32>(at)) - observed);
         if is_finite(error) {
             let bin = u32(min(error / settings.error_bin_m, f32(ERROR_BINS - 1u)));
-            atomicAdd(&results[HISTOGRAM + bin], 1u);
+            let histogram = select(HISTOGRAM, HELD_OUT_HISTOGRAM, is_held_out(at));
+            atomicAdd(&results[histogram + bin], 1u);
         }
     }
     if measured > 0u {

@@ -3,11 +3,11 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{BackProjection, compare_depth, judge_frame};
-use crate::fusion::{ERROR_BINS, HISTOGRAM, RESULTS};
+use crate::fusion::{ERROR_BINS, HELD_OUT_HISTOGRAM, HISTOGRAM, RESULTS};
 use crate::testing::{Fixture, SLOTS};
 
-/// Error of each pixel that has both depths; slot per pixel as the fixture's index map is filled below.
-fn errors(fixture: &Fixture, slots: &[u32]) -> Vec<f64> {
+/// Bin of the error of each pixel that has both depths; slot per pixel as the fixture's index map is filled below.
+fn error_bins(fixture: &Fixture, slots: &[u32]) -> Vec<usize> {
     let camera_from_world = fixture.view.world_from_camera.inverse();
     let error = |pixel: usize| {
         let observed = f64::from(fixture.depth[pixel]);
@@ -28,7 +28,10 @@ fn errors(fixture: &Fixture, slots: &[u32]) -> Vec<f64> {
         );
         let met = normal.dot(&center.coords) / normal.dot(&ray);
         let error = (met.max(center.z - radius).min(center.z + radius) - observed).abs();
-        error.is_finite().then_some(error)
+        let held_out = (column / 16 + 3 * (row / 16)).is_multiple_of(7);
+        let histogram = if held_out { HELD_OUT_HISTOGRAM } else { HISTOGRAM };
+        let bin = ((error / f64::from(fixture.settings.error_bin_m)) as usize).min(ERROR_BINS - 1);
+        error.is_finite().then_some(histogram + bin)
     };
     (0..fixture.pixels()).filter_map(error).collect()
 }
@@ -52,16 +55,15 @@ fn the_error_histogram_agrees_with_its_oracle() {
     let (fixture, slots, results) = compared(5);
     let measured = fixture.depth.iter().filter(|depth| depth.is_finite() && **depth > 0.0).count();
     assert_eq!(results[0] as usize, measured);
-    let errors = errors(&fixture, &slots);
-    let bin_m = f64::from(fixture.settings.error_bin_m);
-    let mut expected = vec![0i64; ERROR_BINS];
-    for error in &errors {
-        expected[((error / bin_m) as usize).min(ERROR_BINS - 1)] += 1;
+    let bins = error_bins(&fixture, &slots);
+    let mut expected = vec![0i64; RESULTS];
+    for &bin in &bins {
+        expected[bin] += 1;
     }
-    assert!(errors.len() > 300, "{}", errors.len());
+    let held_out = bins.iter().filter(|&&bin| bin >= HELD_OUT_HISTOGRAM).count();
+    assert!(bins.len() > 300 && held_out > 30, "{} and {held_out}", bins.len());
     // an error at the border of two bins may fall into either
-    let moved: i64 =
-        (0..ERROR_BINS).map(|bin| (i64::from(results[HISTOGRAM + bin]) - expected[bin]).abs()).sum();
+    let moved: i64 = (HISTOGRAM..RESULTS).map(|bin| (i64::from(results[bin]) - expected[bin]).abs()).sum();
     assert!(moved <= 6, "{moved}");
     assert_eq!(compared(5).2, results, "two runs");
 }
@@ -79,6 +81,14 @@ fn quantiles_and_moments_come_from_the_histogram() {
     close(error.median_m, 0.0495);
     close(error.p95_m, 0.0945);
     close(error.coverage, 0.5);
+    assert_eq!(error.held_out, None);
+    results[HELD_OUT_HISTOGRAM + 199] = 100;
+    let error = BackProjection::from_results(&results, 1e-3).unwrap();
+    let held_out = error.held_out.unwrap();
+    close(held_out.mean_m, 0.1995);
+    close(held_out.rmse_m, 0.1995);
+    close(held_out.others_mean_m, 0.05);
+    close(error.mean_m, (0.05 + 0.1995) / 2.0);
     assert_eq!(BackProjection::from_results(&vec![0; RESULTS], 1e-3), None);
 }
 

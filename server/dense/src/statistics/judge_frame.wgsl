@@ -10,7 +10,7 @@ fn judge_frame() {
     var compared = 0u;
     var sum = 0.0;
     for (var bin = 0u; bin < ERROR_BINS; bin++) {
-        let count = results[HISTOGRAM + bin];
+        let count = results[HISTOGRAM + bin] + results[HELD_OUT_HISTOGRAM + bin];
         compared += count;
         sum += (f32(bin) + 0.5) * f32(count);
     }

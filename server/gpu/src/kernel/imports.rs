@@ -7,6 +7,7 @@ const SHARED: &[(&str, &str)] = &[
     ("color", include_str!("../shared/color.wgsl")),
     ("surfel", include_str!("../shared/surfel.wgsl")),
     ("fusion", include_str!("../shared/fusion.wgsl")),
+    ("held_out", include_str!("../shared/held_out.wgsl")),
 ];
 
 /// The complete source: imports blanked, the shared files behind the kernel's own lines, so that line numbers in

@@ -45,6 +45,8 @@ const STABLE_COUNT: u32 = 3u;
 const REGISTERED_COUNT: u32 = 4u;
 const HISTOGRAM: u32 = 8u;
 const ERROR_BINS: u32 = 1024u;
+// the same histogram of the held-out pixels, which are not in the first
+const HELD_OUT_HISTOGRAM: u32 = 1032u;
 
 // Standard deviation in units of the one at which a measurement of this depth weighs 1.
 fn relative_spread(sigma_m: f32, depth_m: f32, settings: FusionSettings) -> f32 {
