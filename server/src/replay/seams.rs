@@ -62,7 +62,7 @@ mod tests {
     /// A strip of texture +-4 levels, its surfels seen by turns early and late.
     fn strip(step: u8) -> Vec<Surfel> {
         let texture = |number: u32| 100 + 4 * (number / 2 % 3) as u8;
-        let early_late = |number: u32| if number % 2 == 0 { (10, 0) } else { (100, step) };
+        let early_late = |number: u32| if number.is_multiple_of(2) { (10, 0) } else { (100, step) };
         let surfel = |number| surfel(number, early_late(number).0, texture(number) + early_late(number).1);
         (0..300).map(surfel).collect()
     }
