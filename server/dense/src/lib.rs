@@ -27,7 +27,7 @@ pub use error::DenseError;
 pub use model::{DiscardReason, FusionReport, SurfelModel, kernels};
 pub use observation::Observation;
 pub use render::Rendering;
-pub use slam::{DenseFrame, DenseSlam, StepReport};
+pub use slam::{Correspondence, DenseFrame, DenseSlam, StepReport};
 pub use statistics::{BackProjection, HeldOut};
 pub use store::Surfel;
 pub use view::View;

@@ -28,8 +28,21 @@ pub struct DenseFrame<'a> {
     pub mask: Option<&'a Mask>,
     /// What the rig's disparities have too much in this frame, px; see the tracker's stereo drift.
     pub disparity_drift_px: f64,
+    /// Points of tissue that the tracker found in the last fused frame and again in this one.
+    pub correspondences: &'a [Correspondence],
     /// The tracker's pose, `None` while it is lost: then only the depth is found.
     pub world_from_camera: Option<&'a Pose>,
+}
+
+/// A point of tissue in the left images of the last fused frame and of this one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correspondence {
+    /// Where it was, `(x, y)` px.
+    pub previous_pixel: [f32; 2],
+    /// Where it is.
+    pub pixel: [f32; 2],
+    /// Whether the camera's motion explains it; else the tissue has deformed there.
+    pub rigid: bool,
 }
 
 /// What one frame did.

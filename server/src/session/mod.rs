@@ -1,5 +1,6 @@
 //! Sessions: one patient, one rig, one tracker, one model.
 
+mod correspondences;
 pub mod engine;
 pub mod gpu_engine;
 pub mod hub;

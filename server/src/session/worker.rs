@@ -9,11 +9,12 @@ use std::time::{Duration, Instant};
 
 use dense::disparity::{DisparityConfig, DisparityRange};
 use dense::{DenseConfig, DenseError, DenseFrame, DenseSlam, StepReport};
-use geometry::{GeometryError, Mask, Pose, Rectification, Rgb, StereoRig};
+use geometry::{Eye, GeometryError, Mask, Pose, Rectification, Rgb, StereoRig};
 use gpu::Gpu;
 use recording::Calibration;
 use tracking::{StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
 
+use super::correspondences::{LastFused, NumberedFeature, numbered};
 use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, Taken, mailbox};
 use super::quality::{FrameQuality, QualityConfig, QualityGate};
 use crate::config::Config;
@@ -218,31 +219,51 @@ fn thread(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<Jo
 /// Brings pairs into the rectified rig.
 enum Rectifier {
     AlreadyRectified(StereoRig),
-    Remap(Box<Rectification>),
+    Remap(Box<Remap>),
+}
+
+struct Remap {
+    rectification: Rectification,
+    /// Rectified pixels that the left camera does not see; `None` where it sees all.
+    blind: Option<Mask>,
+}
+
+impl Remap {
+    fn new(rectification: Rectification) -> Self {
+        let blind = rectification.blind_mask(Eye::Left);
+        let blind = blind.pixels().iter().any(|&covered| covered != 0).then_some(blind);
+        Self { rectification, blind }
+    }
+
+    fn apply(&self, pair: &StereoPair) -> Result<StereoPair, GeometryError> {
+        let (left, right) = self.rectification.rectify_rgb(&pair.left, &pair.right)?;
+        let instruments = pair.mask.as_ref();
+        let instruments =
+            instruments.map(|mask| self.rectification.rectify_mask(Eye::Left, mask)).transpose()?;
+        let mask = instruments.or_else(|| self.blind.clone());
+        Ok(StereoPair { left, right, mask, stamp_ns: pair.stamp_ns, sequence: pair.sequence })
+    }
 }
 
 impl Rectifier {
     fn new(calibration: &Calibration) -> Result<Self, GeometryError> {
         Ok(match calibration {
             Calibration::Rectified(rig) => Self::AlreadyRectified(*rig),
-            Calibration::Raw(raw) => Self::Remap(Box::new(Rectification::from_calibration(raw)?)),
+            Calibration::Raw(raw) => Self::Remap(Box::new(Remap::new(Rectification::from_calibration(raw)?))),
         })
     }
 
     fn rig(&self) -> &StereoRig {
         match self {
             Self::AlreadyRectified(rig) => rig,
-            Self::Remap(rectification) => rectification.rig(),
+            Self::Remap(remap) => remap.rectification.rig(),
         }
     }
 
     fn apply(&self, pair: StereoPair) -> Result<StereoPair, GeometryError> {
         match self {
             Self::AlreadyRectified(_) => Ok(pair),
-            Self::Remap(rectification) => {
-                let (left, right) = rectification.rectify_rgb(&pair.left, &pair.right)?;
-                Ok(StereoPair { left, right, ..pair })
-            }
+            Self::Remap(remap) => remap.apply(&pair),
         }
     }
 }
@@ -252,6 +273,7 @@ struct DenseJob {
     pair: RectifiedPair,
     quality: FrameQuality,
     disparity_drift_px: f64,
+    features: Vec<NumberedFeature>,
     world_from_camera: Option<Pose>,
 }
 
@@ -319,6 +341,7 @@ impl FrontEnd {
             pair,
             quality,
             disparity_drift_px: report.drift.disparity_px,
+            features: numbered(&report.features),
             world_from_camera,
         }) == Offer::Superseded;
         Ok(TrackedPair {
@@ -339,6 +362,7 @@ struct DenseEnd {
     gpu: Arc<Gpu>,
     model: DenseSlam,
     disparity: DisparityConfig,
+    last_fused: LastFused,
     eyes_are_checked: bool,
 }
 
@@ -365,7 +389,8 @@ fn run_dense(mut dense: DenseEnd, jobs: &MailboxReceiver<DenseJob>, sink: &dyn S
 impl DenseEnd {
     fn new(gpu: Arc<Gpu>, rig: StereoRig, stages: &StageConfig) -> Result<Self, DenseError> {
         let model = DenseSlam::new(Arc::clone(&gpu), rig, &stages.disparity, &stages.dense)?;
-        Ok(Self { gpu, model, disparity: stages.disparity.clone(), eyes_are_checked: false })
+        let (disparity, last_fused) = (stages.disparity.clone(), LastFused::default());
+        Ok(Self { gpu, model, disparity, last_fused, eyes_are_checked: false })
     }
 
     fn process(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
@@ -378,8 +403,12 @@ impl DenseEnd {
             right: &job.pair.right,
             mask: job.pair.mask.as_ref(),
             disparity_drift_px: job.disparity_drift_px,
+            correspondences: &self.last_fused.join(&job.features),
             world_from_camera: job.world_from_camera.as_ref(),
         })?;
+        if report.fused {
+            self.last_fused.replace(&job.features);
+        }
         let fused = FusedPair {
             stamp_ns: job.pair.stamp_ns,
             sequence: job.pair.sequence,

@@ -24,6 +24,8 @@ pub struct TrackingConfig {
     pub recovery: RecoveryConfig,
     /// Keyframes and points.
     pub map: MapConfig,
+    /// Frame to frame.
+    pub following: FollowingConfig,
 }
 
 /// Detection of oriented FAST corners.
@@ -180,6 +182,28 @@ pub struct MapConfig {
     pub points_max: u32,
 }
 
+/// Following of features on moving tissue.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FollowingConfig {
+    /// Window half side around where the camera's motion alone puts a feature, px.
+    pub search_radius_px: f32,
+    /// Most differing descriptor bits.
+    pub distance_max_bits: u32,
+    /// Best over second best distance in a window must stay below this.
+    pub ratio: f32,
+    /// Radius within which features are neighbours, px.
+    pub neighbour_radius_px: f32,
+    /// Neighbours that must move alike.
+    pub neighbours_min: u32,
+    /// Share of the neighbours that must move alike.
+    pub share_min: f32,
+    /// Difference of motion up to which neighbours move alike, px.
+    pub agreement_px: f32,
+    /// ... and additionally this times their distance.
+    pub strain_max: f32,
+}
+
 /// Refuses a value unless `condition` holds.
 fn check(
     key: &'static str,
@@ -202,7 +226,8 @@ impl TrackingConfig {
         self.pose.validate()?;
         self.standstill.validate()?;
         self.recovery.validate()?;
-        self.map.validate()
+        self.map.validate()?;
+        self.following.validate()
     }
 }
 
@@ -299,6 +324,25 @@ impl RecoveryConfig {
             confidence > 0.0 && confidence < 1.0,
             "between 0 and 1",
         )
+    }
+}
+
+impl FollowingConfig {
+    fn validate(&self) -> Result<(), TrackingError> {
+        for (key, radius) in [
+            ("following.search_radius_px", self.search_radius_px),
+            ("following.neighbour_radius_px", self.neighbour_radius_px),
+        ] {
+            check(key, f64::from(radius), (1.0..=500.0).contains(&radius), "1 to 500")?;
+        }
+        for (key, value) in [
+            ("following.agreement_px", self.agreement_px),
+            ("following.strain_max", self.strain_max),
+            ("following.share_min", self.share_min),
+        ] {
+            check(key, f64::from(value), value >= 0.0, "zero or more")?;
+        }
+        Ok(())
     }
 }
 

@@ -3,12 +3,13 @@
 //!
 //! [`Tracker::track`] takes a rectified pair and gives a [`TrackingReport`]. The folders follow a frame's way:
 //! [`feature`] finds corners, [`matching`] finds them again, [`solve`] turns matches into poses and points, [`map`] holds
-//! keyframes and points, [`local_mapping`] tends them, `tracker` decides. Everything is deterministic: the same
+//! keyframes and points, [`local_mapping`] tends them, [`following`] keeps what moves with the tissue, `tracker` decides. Everything is deterministic: the same
 //! frames give the same poses, whatever the number of threads.
 
 pub mod config;
 mod error;
 pub mod feature;
+pub mod following;
 mod frame;
 pub mod local_mapping;
 pub mod map;
@@ -21,6 +22,7 @@ pub use config::TrackingConfig;
 pub use error::TrackingError;
 pub use frame::{FrameFeatures, StereoFrame};
 pub use report::{
-    KeyframeReason, Outcome, PoseSource, StereoDrift, TrackedFeature, TrackingReport, TrackingStatistics,
+    FeatureMotion, KeyframeReason, Outcome, PoseSource, StereoDrift, TrackId, TrackedFeature, TrackingReport,
+    TrackingStatistics,
 };
 pub use tracker::Tracker;

@@ -28,6 +28,29 @@ pub struct TrackedFeature {
     pub depth_m: Option<f64>,
     /// Whether it is an inlier match of a map point.
     pub matched: bool,
+    /// Number that the feature keeps from frame to frame; `None` in frames without a pose.
+    pub track: Option<TrackId>,
+    /// From where it came; `None` where its track starts.
+    pub motion: Option<FeatureMotion>,
+}
+
+/// Names a feature that is followed through the tracked frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TrackId(pub u64);
+
+/// How a feature moved since the last tracked frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeatureMotion {
+    /// Where it was, full-size px.
+    pub previous_pixel: Point2<f32>,
+    /// Disparity there, px, where the right image showed it too.
+    pub previous_disparity_px: Option<f32>,
+    /// Disparity now, px.
+    pub disparity_px: Option<f32>,
+    /// Whether the camera's motion explains it; else the tissue deforms there, as its neighbours confirm.
+    pub rigid: bool,
+    /// Information relative to a feature of the finest level that all neighbours agree with.
+    pub weight: f32,
 }
 
 /// How the pose was found.

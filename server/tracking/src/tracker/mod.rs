@@ -12,6 +12,7 @@ use crate::TrackingError;
 use crate::config::TrackingConfig;
 use crate::feature::Extractor;
 use crate::feature::extract::has_room_for_features;
+use crate::following::{Followed, Follower, FollowingContext};
 use crate::frame::{FrameFeatures, StereoFrame};
 use crate::local_mapping::{self, PosedFrame};
 use crate::map::{KeyframeId, Map};
@@ -35,6 +36,7 @@ pub struct Tracker {
     state: State,
     last_stamp_ns: Option<u64>,
     drift: StereoDrift,
+    follower: Follower,
 }
 
 #[derive(Debug)]
@@ -75,6 +77,7 @@ impl Tracker {
             state,
             last_stamp_ns: None,
             drift: StereoDrift::default(),
+            follower: Follower::default(),
         })
     }
 
@@ -117,7 +120,16 @@ impl Tracker {
             (None, State::Lost { since_ns, attempts }) => lost(since_ns, attempts + 1),
         };
         self.state = state;
-        Ok(self.report(&features, &verdict))
+        let followed = self.follow_features();
+        Ok(self.report(&features, &verdict, &followed))
+    }
+
+    /// Joins the features to those of the frame before; none where there is no pose.
+    fn follow_features(&mut self) -> Vec<Followed> {
+        let State::Tracking(Track { last, .. }) = &self.state else { return Vec::new() };
+        let (pose, following) = (&self.config.pose, &self.config.following);
+        let context = FollowingContext { rig: &self.rig, scales: &self.scales, pose, following };
+        self.follower.follow(last, &context)
     }
 
     /// The first frame with enough stereo points is the world.
@@ -270,11 +282,13 @@ impl Tracker {
         PoseSearch { config: &self.config, rig: &self.rig, scales: &self.scales, map: &self.map }
     }
 
-    fn report(&self, features: &FrameFeatures, verdict: &Verdict) -> TrackingReport {
+    fn report(&self, features: &FrameFeatures, verdict: &Verdict, followed: &[Followed]) -> TrackingReport {
         let feature = |(index, keypoint): (usize, &crate::feature::Keypoint)| TrackedFeature {
             pixel: keypoint.pixel,
             depth_m: features.stereo[index].map(|stereo| stereo.depth_m),
             matched: verdict.matched.get(index).copied().unwrap_or(false),
+            track: followed.get(index).map(|feature| feature.track),
+            motion: followed.get(index).and_then(|feature| feature.motion),
         };
         TrackingReport {
             outcome: verdict.outcome,
