@@ -23,6 +23,8 @@ pub struct DenseConfig {
     pub compaction_dead_share: f64,
     /// `[dense.fusion]`.
     pub fusion: FusionConfig,
+    /// `[dense.color]`.
+    pub color: ColorConfig,
     /// `[dense.warp]`.
     pub warp: WarpConfig,
     /// `[dense.rejection]`.
@@ -59,6 +61,22 @@ pub struct FusionConfig {
     pub contradiction_loss: f64,
     /// Radius around a registered surfel, in spacings, in which no new one is made.
     pub cover_radius_spacings: f64,
+}
+
+/// How colours are averaged.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ColorConfig {
+    /// Whether the light comes from the scope and falls off as `cos / d^2`.
+    pub near_field: bool,
+    /// Distance at which that light counts as 1.
+    pub reference_distance_mm: f64,
+    /// Power of the cosine to the optical axis by which the light falls off to the sides besides.
+    pub axis_power: f32,
+    /// Most weight of a colour.
+    pub weight_max: f32,
+    /// Levels by which a pixel may be brighter than its surfel before it counts as a highlight.
+    pub highlight_levels: f32,
 }
 
 /// How the model deforms.
@@ -115,6 +133,9 @@ impl DenseConfig {
             ("dense.fusion.measurement_weight_min", fusion.measurement_weight_min),
             ("dense.fusion.weight_max", f64::from(fusion.weight_max)),
             ("dense.fusion.weight_stable", f64::from(fusion.weight_stable)),
+            ("dense.color.reference_distance_mm", self.color.reference_distance_mm),
+            ("dense.color.weight_max", f64::from(self.color.weight_max)),
+            ("dense.color.highlight_levels", f64::from(self.color.highlight_levels)),
             ("dense.rejection.error_bin_mm", self.rejection.error_bin_mm),
             ("dense.publish.batch", f64::from(self.publish.batch)),
             ("dense.surfel_capacity", f64::from(self.surfel_capacity)),

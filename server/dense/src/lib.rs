@@ -19,10 +19,11 @@ mod statistics;
 mod store;
 #[cfg(test)]
 mod testing;
+mod tone;
 mod view;
 
 pub use change_set::ChangeSet;
-pub use config::{DenseConfig, FusionConfig, PublishConfig, RejectionConfig, WarpConfig};
+pub use config::{ColorConfig, DenseConfig, FusionConfig, PublishConfig, RejectionConfig, WarpConfig};
 pub use error::DenseError;
 pub use model::{DiscardReason, FusionReport, SurfelModel, kernels};
 pub use observation::Observation;

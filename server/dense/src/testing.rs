@@ -9,12 +9,16 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use crate::fusion::FusionSettings;
 use crate::model::FrameBuffers;
 use crate::store::{ALIVE, STABLE, SurfelRows, SurfelStore};
+use crate::tone::Tone;
 use crate::{DenseConfig, Observation, View};
 
 /// Slots and pixels of the fixtures: no multiple of any workgroup.
 pub const SLOTS: usize = 345;
 const WIDTH: u32 = 37;
 const HEIGHT: u32 = 29;
+
+/// Brightness of the fixtures' picture against their surfels.
+pub const TONE: Tone = Tone { gain: [0.9, 1.1, 1.2, 1.0], bias: [3.0, -2.0, 1.0, 0.0] };
 
 /// The shipped configuration.
 pub fn config() -> DenseConfig {
@@ -99,6 +103,7 @@ impl Fixture {
         let (depth, sigma_z, normal, color) = measurements(&mut numbers);
         gpu.write(&buffers.view, 0, &[view.to_gpu()]).unwrap();
         gpu.write(&buffers.settings, 0, &[settings]).unwrap();
+        gpu.write(&buffers.tone, 0, &[TONE]).unwrap();
         gpu.write(&observation.depth, 0, &depth).unwrap();
         gpu.write(&observation.sigma_z, 0, &sigma_z).unwrap();
         gpu.write(&observation.normal, 0, &normal).unwrap();

@@ -8,7 +8,10 @@ use crate::model::FrameBuffers;
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "fuse",
     include_str!("fuse.wgsl"),
-    &[Uniform, Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite],
+    &[
+        Uniform, Uniform, Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite,
+        ReadWrite,
+    ],
 );
 
 /// Reads the observation and the verdict, updates the surfels.
@@ -19,6 +22,7 @@ pub(super) fn bind(gpu: &Gpu, frame: &FrameBuffers) -> Result<BoundKernel, GpuEr
         &[
             &frame.view,
             &frame.settings,
+            &frame.tone,
             &observation.depth,
             &observation.sigma_z,
             &observation.normal,

@@ -3,6 +3,7 @@
 #import color
 #import surfel
 #import fusion
+#import light
 // Registration and running averages (Algorithm 1, Eqs. fusion1-4): each surfel looks at the pixel it projects to. Within
 // the gates its depth along the ray, normal and colour are averaged with the measurement. Clearly in front of the measured
 // surface, where the camera sees through it, it loses weight; so it does a little behind a surface that faces the same way,
@@ -10,15 +11,16 @@
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> settings: FusionSettings;
-@group(0) @binding(2) var<storage, read> depth: array<f32>;
-@group(0) @binding(3) var<storage, read> sigma_z: array<f32>;
-@group(0) @binding(4) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(5) var<storage, read> colors: array<u32>;
-@group(0) @binding(6) var<storage, read_write> results: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> geometry: array<vec4<f32>>;
-@group(0) @binding(8) var<storage, read_write> orientation: array<vec4<f32>>;
-@group(0) @binding(9) var<storage, read_write> appearance: array<vec4<f32>>;
-@group(0) @binding(10) var<storage, read_write> history: array<vec4<u32>>;
+@group(0) @binding(2) var<uniform> tone: Tone;
+@group(0) @binding(3) var<storage, read> depth: array<f32>;
+@group(0) @binding(4) var<storage, read> sigma_z: array<f32>;
+@group(0) @binding(5) var<storage, read> normals: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read> colors: array<u32>;
+@group(0) @binding(7) var<storage, read_write> results: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> geometry: array<vec4<f32>>;
+@group(0) @binding(9) var<storage, read_write> orientation: array<vec4<f32>>;
+@group(0) @binding(10) var<storage, read_write> appearance: array<vec4<f32>>;
+@group(0) @binding(11) var<storage, read_write> history: array<vec4<u32>>;
 
 fn depth_at(x: i32, y: i32) -> f32 {
     let inside = x >= 0 && y >= 0 && x < i32(view.size.x) && y < i32(view.size.y);
@@ -110,11 +112,23 @@ fn register_surfel(slot: u32, pixel: u32, point: vec3<f32>, measured: f32, weigh
     geometry[slot] = vec4<f32>(fused, min(geometry[slot].w, radius));
     orientation[slot] = vec4<f32>(turned, min(total, settings.weight_max));
     if has_color(colors[pixel]) {
-        let color = appearance[slot];
-        let color_total = color.w + weight;
-        let mixed = (color.xyz * color.w + unpack_rgb(colors[pixel]) * weight) / color_total;
-        appearance[slot] = vec4<f32>(mixed, min(color_total, settings.weight_max));
+        mix_color(slot, colors[pixel], weight, light_falloff(point, seen.xyz, settings));
     }
     history[slot].y = settings.frame;
     atomicAdd(&results[REGISTERED_COUNT], 1u);
+}
+
+// A colour has its own weight. What is much brighter than the surfel is taken for a highlight and counts less.
+fn mix_color(slot: u32, packed: u32, measurement_weight: f32, falloff: f32) {
+    let color = appearance[slot];
+    let seen = even_color(packed, falloff, tone);
+    let glare = max(dot(seen - color.xyz, vec3<f32>(0.299, 0.587, 0.114)), 0.0) / settings.highlight_levels;
+    let doubt = select(1.0, 1.0 + glare * glare, color.w > 0.0);
+    let weight = color_weight(measurement_weight, falloff, tone) / doubt;
+    let total = color.w + weight;
+    if !all_finite(seen) || !(total > 0.0) {
+        return;
+    }
+    let mixed = (color.xyz * color.w + seen * weight) / total;
+    appearance[slot] = vec4<f32>(mixed, min(total, settings.color_weight_max));
 }

@@ -4,7 +4,9 @@ use nalgebra::{Point3, Vector3};
 
 use super::fuse;
 use crate::store::{ALIVE, SurfelRows};
-use crate::testing::{Fixture, SLOTS};
+use crate::testing::{Fixture, SLOTS, TONE};
+use crate::tone::Tone;
+use crate::tone::tone_oracle::falloff;
 
 /// What a surfel becomes: its rows, and how near it came to one of the decisions (relative to their limits).
 struct Fused {
@@ -133,13 +135,34 @@ fn average(
     fused.orientation = [turned.x, turned.y, turned.z, total.min(settings.weight_max.into())];
     let [red, green, blue, alpha] = fixture.color[pixel].to_le_bytes().map(f64::from);
     if alpha > 0.0 {
-        let color_weight = fused.appearance[3];
-        for (mean, level) in fused.appearance.iter_mut().zip([red, green, blue]) {
-            *mean = (*mean * color_weight + level * weight) / (color_weight + weight);
-        }
-        fused.appearance[3] = (color_weight + weight).min(settings.weight_max.into());
+        let falloff = falloff(fixture, pixel, &point.coords);
+        mix_color(fixture, &mut fused.appearance, ([red, green, blue], falloff), weight);
     }
     fused.seen = true;
+}
+
+fn mix_color(fixture: &Fixture, color: &mut [f64; 4], (levels, falloff): ([f64; 3], f64), weight: f64) {
+    let (settings, seen) = (&fixture.settings, even_color(levels, falloff));
+    let glare: f64 = (0..3).map(|c| [0.299, 0.587, 0.114][c] * (seen[c] - color[c])).sum();
+    let glare = glare.max(0.0) / f64::from(settings.highlight_levels);
+    let weight = weight * light_weight(falloff) / (1.0 + glare * glare);
+    let total = color[3] + weight;
+    for (mean, level) in color.iter_mut().zip(seen) {
+        *mean = (*mean * (total - weight) + level * weight) / total;
+    }
+    color[3] = total.min(settings.color_weight_max.into());
+}
+
+/// The colour under even light in a frame of the fixture's tone.
+pub(super) fn even_color(levels: [f64; 3], falloff: f64) -> [f64; 3] {
+    let Tone { gain, bias } = TONE;
+    [0, 1, 2].map(|c| ((levels[c] - f64::from(bias[c])) / (f64::from(gain[c]) * falloff)).max(0.0))
+}
+
+/// Share of a measurement's weight that its colour has.
+pub(super) fn light_weight(falloff: f64) -> f64 {
+    let gain: f64 = TONE.gain[..3].iter().copied().map(f64::from).sum::<f64>() / 3.0;
+    (gain * falloff).powi(2).clamp(0.02, 1.0)
 }
 
 fn assert_close(rows: &[f32; 4], expected: &[f64; 4], tolerance: f64, slot: usize) {

@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Point2, Point3, Vector3};
 
+use super::fuse_oracle::{even_color, light_weight};
 use super::{claim_pixels, claim_surfels, lift, mark_lifted, settle};
 use crate::store::{ALIVE, STABLE};
 use crate::testing::{Fixture, SLOTS};
+use crate::tone::tone_oracle::falloff;
 
 /// What the table would hold: the claims, and the pixels that registered surfels cover.
 struct Claims {
@@ -214,7 +216,22 @@ fn the_pixels_that_won_a_cell_are_lifted_in_order() {
         let spread = relative_spread(&fixture, pixel);
         let weight = (1.0 / (spread * spread)).clamp(fixture.settings.weight_min, 1.0);
         assert!((all.orientation[slot][3] - weight).abs() < 1e-5);
+        assert_color(&fixture, pixel, &all.appearance[slot], weight);
         let id = fixture.settings.next_id + number as u32;
         assert_eq!(all.history[slot], [id, fixture.settings.frame, fixture.settings.frame, ALIVE]);
+    }
+}
+
+fn assert_color(fixture: &Fixture, pixel: usize, found: &[f32; 4], weight: f32) {
+    let camera = &fixture.view.pinhole;
+    let columns = camera.width_px as usize;
+    let at = Point2::new((pixel % columns) as f64, (pixel / columns) as f64);
+    let point = camera.back_project(&at, f64::from(fixture.depth[pixel])).coords;
+    let falloff = falloff(fixture, pixel, &point);
+    let [red, green, blue, alpha] = fixture.color[pixel].to_le_bytes();
+    let [red, green, blue] = even_color([red, green, blue].map(f64::from), falloff);
+    let known = if alpha == 0 { 0.0 } else { f64::from(weight) * light_weight(falloff) };
+    for (value, wanted) in found.iter().zip([red, green, blue, known]) {
+        assert!((f64::from(*value) - wanted).abs() < 2e-3, "pixel {pixel}: {found:?}");
     }
 }

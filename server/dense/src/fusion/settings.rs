@@ -40,14 +40,18 @@ pub(crate) struct FusionSettings {
     pub overlap_min: f32,
     pub accept_always: u32,
     pub doubled_gate_m: f32,
-    padding: u32,
+    pub near_field: u32,
+    pub reference_distance_m: f32,
+    pub axis_power: f32,
+    pub color_weight_max: f32,
+    pub highlight_levels: f32,
 }
 
 impl FusionSettings {
     /// What stays the same from frame to frame; the counters are zero. A disparity's standard deviation is that of a
     /// depth times `focal_baseline / z^2`, with focal length times baseline in px m.
     pub fn new(config: &DenseConfig, focal_baseline: f64, table_places: u32) -> Self {
-        let (fusion, rejection) = (&config.fusion, &config.rejection);
+        let (fusion, rejection, color) = (&config.fusion, &config.rejection, &config.color);
         Self {
             gate_m: metres(fusion.gate_mm),
             gate_sigmas: fusion.gate_sigmas as f32,
@@ -66,6 +70,11 @@ impl FusionSettings {
             error_bin_m: metres(rejection.error_bin_mm),
             error_max_m: metres(rejection.mean_error_max_mm),
             overlap_min: rejection.overlap_min as f32,
+            near_field: u32::from(color.near_field),
+            reference_distance_m: metres(color.reference_distance_mm),
+            axis_power: color.axis_power,
+            color_weight_max: color.weight_max,
+            highlight_levels: color.highlight_levels,
             ..Self::zeroed()
         }
     }

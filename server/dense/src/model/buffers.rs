@@ -7,6 +7,7 @@ use crate::config::DenseConfig;
 use crate::fusion::{FusionSettings, RESULTS};
 use crate::index_map::IndexMap;
 use crate::store::SurfelStore;
+use crate::tone::Tone;
 use crate::view::GpuView;
 use crate::{DenseError, Observation, View};
 
@@ -30,6 +31,8 @@ pub(crate) struct FrameBuffers {
     pub claims: GpuBuffer<u32>,
     /// Pixels to lift.
     pub lifted: PrefixSum,
+    /// Brightness of the frame against the model.
+    pub tone: GpuBuffer<Tone>,
 }
 
 impl FrameBuffers {
@@ -58,6 +61,7 @@ impl FrameBuffers {
             covered: gpu.storage("covered", pixels.div_ceil(32))?,
             claims: gpu.storage("claims", places as usize)?,
             lifted: PrefixSum::new(gpu, pixels)?,
+            tone: gpu.uniform("tone", &Tone::UNKNOWN)?,
             store,
         })
     }

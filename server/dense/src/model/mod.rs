@@ -19,6 +19,7 @@ use crate::index_map::SplatSettings;
 use crate::render::{self, Rendering};
 use crate::statistics::Statistics;
 use crate::store::{Surfel, SurfelStore};
+use crate::tone::{self, ToneFit};
 use crate::{
     DenseError, Observation, View, change_set, compaction, disparity, fusion, index_map, preprocess,
     statistics,
@@ -33,9 +34,10 @@ const SEED_STEP: u32 = 0x9E37_79B9;
 
 /// All kernels of this crate.
 pub fn kernels() -> Vec<KernelDeclaration> {
-    let folders: [&[KernelDeclaration]; 6] = [
+    let folders: [&[KernelDeclaration]; 7] = [
         &index_map::KERNELS,
         &statistics::KERNELS,
+        &tone::KERNELS,
         &fusion::KERNELS,
         &compaction::KERNELS,
         &change_set::KERNELS,
@@ -52,6 +54,7 @@ pub fn kernels() -> Vec<KernelDeclaration> {
 struct Bound {
     buffers: FrameBuffers,
     statistics: Statistics,
+    tone: ToneFit,
     fusion: Fusion,
     /// Over slots: compaction and change set use it in turn.
     marked: PrefixSum,
@@ -142,7 +145,7 @@ impl SurfelModel {
     /// # Errors
     /// [`DenseError::Gpu`].
     pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
-        let Bound { buffers, statistics, fusion, .. } = &self.bound;
+        let Bound { buffers, statistics, tone, fusion, .. } = &self.bound;
         let scale = self.config.index_map_scale;
         let splat = SplatSettings {
             slots: self.counts.slots,
@@ -152,6 +155,7 @@ impl SurfelModel {
         };
         buffers.index_map.record(&self.gpu, frame, &splat)?;
         statistics.record(frame, buffers)?;
+        tone.record(frame, buffers)?;
         fusion.record(&self.gpu, frame, buffers, &self.settings)?;
         self.results.fetch(frame, &buffers.results, 0);
         self.lifted.fetch(frame, &buffers.lifted.total, 0);
@@ -233,9 +237,11 @@ impl SurfelModel {
         clear_held(&self.gpu, &self.timer, &store)?;
         let mut frame = FrameRecorder::begin(&self.gpu, &self.timer);
         store.copy_from(&mut frame, &self.bound.buffers.store, self.counts.slots as usize)?;
-        frame.submit().collect()?;
         let observation = self.bound.buffers.observation.clone();
-        self.bound = Bound::new(&self.gpu, &self.rig, &observation, store, &self.config)?;
+        let grown = Bound::new(&self.gpu, &self.rig, &observation, store, &self.config)?;
+        grown.tone.copy_from(&mut frame, &self.bound.tone)?;
+        frame.submit().collect()?;
+        self.bound = grown;
         Ok(())
     }
 }
@@ -253,8 +259,9 @@ impl Bound {
         let publisher = Publisher::new(gpu, &store, &marked, &config.publish)?;
         let buffers = FrameBuffers::new(gpu, rig, observation, store, config)?;
         let statistics = Statistics::new(gpu, &buffers)?;
+        let tone = ToneFit::new(gpu, &buffers)?;
         let fusion = Fusion::new(gpu, &buffers)?;
-        Ok(Self { buffers, statistics, fusion, marked, compaction, publisher })
+        Ok(Self { buffers, statistics, tone, fusion, marked, compaction, publisher })
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dense::{DiscardReason, Surfel};
 use nalgebra::Point3;
 
-use crate::scene::{Bench, Scene, WALL_M, at, config, texture};
+use crate::scene::{Bench, Scene, WALL_M, at, config, evenly_lit, texture};
 
 const NOISY: Scene = Scene { ball: false, noise_m: 0.3e-3 };
 
@@ -51,7 +51,7 @@ fn the_surfels_of_a_static_scene_converge_to_the_density_of_the_point_grid() {
 
 #[test]
 fn a_surfel_takes_the_colour_of_its_place() {
-    let mut bench = Bench::new(&config()).unwrap();
+    let mut bench = Bench::new(&evenly_lit()).unwrap();
     let scene = Scene { ball: true, noise_m: 0.0 };
     for frame in 0..8 {
         bench.fuse(frame, &sway(frame), &scene.shoot(&sway(frame), 0));
@@ -253,5 +253,5 @@ fn the_model_grows_to_its_limit_and_counts_what_it_refuses() {
         let shot = NOISY.shoot(&pose, u64::from(frame));
         assert_eq!(free.fuse(frame, &pose, &shot), plenty.fuse(frame, &pose, &shot));
     }
-    assert_eq!(free.model.surfels().unwrap(), plenty.model.surfels().unwrap());
+    assert!(free.model.surfels().unwrap() == plenty.model.surfels().unwrap(), "growth changes nothing");
 }

@@ -5,5 +5,6 @@
 mod changes;
 mod fusion;
 mod hostile;
+mod light;
 mod rendering;
 mod scene;

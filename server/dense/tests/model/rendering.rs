@@ -2,14 +2,14 @@
 
 use dense::View;
 
-use crate::scene::{Bench, Scene, WALL_M, at, camera, config, texture};
+use crate::scene::{Bench, Scene, WALL_M, at, camera, config, evenly_lit, texture};
 
 const SCENE: Scene = Scene { ball: true, noise_m: 0.1e-3 };
 const BACKGROUND: [u8; 3] = [1, 2, 3];
 
 #[test]
 fn a_rendering_shows_the_surface_where_it_is() {
-    let mut bench = Bench::new(&config()).unwrap();
+    let mut bench = Bench::new(&evenly_lit()).unwrap();
     for frame in 0..8 {
         bench.fuse(frame, &at(0.0), &SCENE.shoot(&at(0.0), u64::from(frame)));
     }

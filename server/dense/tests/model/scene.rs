@@ -16,6 +16,13 @@ pub fn config() -> DenseConfig {
     file["dense"].clone().try_into().unwrap()
 }
 
+/// The same for pictures that no lamp at the camera lights.
+pub fn evenly_lit() -> DenseConfig {
+    let mut config = config();
+    config.color.near_field = false;
+    config
+}
+
 /// One device with poisoned buffers for all tests.
 pub fn gpu() -> Arc<Gpu> {
     static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();

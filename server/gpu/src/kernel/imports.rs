@@ -7,6 +7,7 @@ const SHARED: &[(&str, &str)] = &[
     ("color", include_str!("../shared/color.wgsl")),
     ("surfel", include_str!("../shared/surfel.wgsl")),
     ("fusion", include_str!("../shared/fusion.wgsl")),
+    ("light", include_str!("../shared/light.wgsl")),
     ("held_out", include_str!("../shared/held_out.wgsl")),
 ];
 

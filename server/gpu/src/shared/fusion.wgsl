@@ -34,7 +34,13 @@ struct FusionSettings {
     accept_always: u32,
     // a surfel less far behind a measured surface that faces the same way is contradicted too
     doubled_gate_m: f32,
-    padding: u32,
+    // colour: 1 where light falls off as from a lamp at the camera, the distance at which it counts as 1, the power of its
+    // cone, the most weight, and levels by which a highlight is brighter than tissue
+    near_field: u32,
+    reference_distance_m: f32,
+    axis_power: f32,
+    color_weight_max: f32,
+    highlight_levels: f32,
 }
 
 // Places in the `results` of a frame.
