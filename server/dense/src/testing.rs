@@ -104,6 +104,10 @@ impl Fixture {
         gpu.write(&buffers.view, 0, &[view.to_gpu()]).unwrap();
         gpu.write(&buffers.settings, 0, &[settings]).unwrap();
         gpu.write(&buffers.tone, 0, &[TONE]).unwrap();
+        let alive = (0..SLOTS as u32).filter(|&slot| rows.history[slot as usize][3] & ALIVE != 0);
+        let alive: Vec<u32> = alive.collect();
+        gpu.write(&buffers.index_map.visible.slots, 0, &[alive.len() as u32]).unwrap();
+        gpu.write(&buffers.index_map.visible.slots, 1, &alive).unwrap();
         gpu.write(&observation.depth, 0, &depth).unwrap();
         gpu.write(&observation.sigma_z, 0, &sigma_z).unwrap();
         gpu.write(&observation.normal, 0, &normal).unwrap();

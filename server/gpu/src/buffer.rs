@@ -21,7 +21,7 @@ impl BufferKind {
     pub(crate) fn usages(self) -> wgpu::BufferUsages {
         use wgpu::BufferUsages as U;
         match self {
-            Self::Storage => U::STORAGE | U::COPY_SRC | U::COPY_DST,
+            Self::Storage => U::STORAGE | U::INDIRECT | U::COPY_SRC | U::COPY_DST,
             Self::Uniform => U::UNIFORM | U::COPY_DST,
         }
     }

@@ -145,6 +145,20 @@ impl Stage<'_> {
         self.dispatches += 1;
         Ok(())
     }
+
+    /// Runs `kernel` over as many workgroups along x, y and z as the first three elements of `groups` say when it comes to
+    /// run; the kernel guards the excess.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfRange`] where `groups` is shorter.
+    pub fn run_indirect(&mut self, kernel: &BoundKernel, groups: &GpuBuffer<u32>) -> Result<(), GpuError> {
+        groups.check_range(0, 3)?;
+        self.pass.set_pipeline(kernel.pipeline());
+        self.pass.set_bind_group(0, kernel.bind_group(), &[]);
+        self.pass.dispatch_workgroups_indirect(groups.raw(), 0);
+        self.dispatches += 1;
+        Ok(())
+    }
 }
 
 impl Submitted<'_> {

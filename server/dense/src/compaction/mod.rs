@@ -24,7 +24,7 @@ pub(crate) struct Compaction {
 impl Compaction {
     pub fn new(gpu: &Gpu, store: &SurfelStore, kept: &PrefixSum) -> Result<Self, GpuError> {
         let slots = gpu.uniform("compaction slots", &0u32)?;
-        let packed = gpu.storage("packed rows", store.capacity() as usize)?;
+        let packed = store.scratch.clone();
         let mark = mark_kept::bind(gpu, &slots, store, &kept.flags)?;
         let pack = |rows: GpuBuffer<Bits>| Ok((pack_rows::bind(gpu, &slots, kept, (&rows, &packed))?, rows));
         let packs = store.arrays().into_iter().map(pack).collect::<Result<_, GpuError>>()?;

@@ -8,7 +8,7 @@ use crate::model::FrameBuffers;
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "claim_surfels",
     include_str!("claim_surfels.wgsl"),
-    &[Uniform, Uniform, Read, Read, Read, Read, Read, Read, ReadWrite, ReadWrite],
+    &[Uniform, Uniform, Read, Read, Read, Read, Read, Read, ReadWrite, ReadWrite, Read],
 );
 
 /// Reads the surfels, writes the covered pixels and the claims.
@@ -27,6 +27,7 @@ pub(super) fn bind(gpu: &Gpu, frame: &FrameBuffers) -> Result<BoundKernel, GpuEr
             &store.history,
             &frame.covered,
             &frame.claims,
+            &frame.index_map.visible.slots,
         ],
     )
 }

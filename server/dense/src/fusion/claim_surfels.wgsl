@@ -17,17 +17,18 @@
 // one bit per pixel
 @group(0) @binding(8) var<storage, read_write> covered: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read_write> claims: array<atomic<u32>>;
+// number and slots of the surfels in view
+@group(0) @binding(10) var<storage, read> visible: array<u32>;
 
 const REACH_MAX: f32 = 12.0;
 
 @compute @workgroup_size(64)
 fn claim_surfels(@builtin(global_invocation_id) id: vec3<u32>) {
-    let slot = id.x;
-    if slot >= settings.slots || results[ACCEPTED] == 0u {
+    if id.x >= visible[0] || results[ACCEPTED] == 0u {
         return;
     }
-    let past = history[slot];
-    if !is_alive(past.w) || past.y != settings.frame {
+    let slot = visible[1u + id.x];
+    if history[slot].y != settings.frame {
         return;
     }
     let surfel = geometry[slot].xyz;

@@ -10,7 +10,7 @@ pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     include_str!("fuse.wgsl"),
     &[
         Uniform, Uniform, Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite,
-        ReadWrite,
+        ReadWrite, Read,
     ],
 );
 
@@ -32,6 +32,7 @@ pub(super) fn bind(gpu: &Gpu, frame: &FrameBuffers) -> Result<BoundKernel, GpuEr
             &store.orientation,
             &store.appearance,
             &store.history,
+            &frame.index_map.visible.slots,
         ],
     )
 }

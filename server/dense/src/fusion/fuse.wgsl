@@ -21,6 +21,8 @@
 @group(0) @binding(9) var<storage, read_write> orientation: array<vec4<f32>>;
 @group(0) @binding(10) var<storage, read_write> appearance: array<vec4<f32>>;
 @group(0) @binding(11) var<storage, read_write> history: array<vec4<u32>>;
+// number and slots of the surfels in view
+@group(0) @binding(12) var<storage, read> visible: array<u32>;
 
 fn depth_at(x: i32, y: i32) -> f32 {
     let inside = x >= 0 && y >= 0 && x < i32(view.size.x) && y < i32(view.size.y);
@@ -55,10 +57,10 @@ fn all_around_between(pixel: vec2<i32>, near: f32, far: f32) -> bool {
 
 @compute @workgroup_size(64)
 fn fuse(@builtin(global_invocation_id) id: vec3<u32>) {
-    let slot = id.x;
-    if slot >= settings.slots || atomicLoad(&results[ACCEPTED]) == 0u || !is_alive(history[slot].w) {
+    if id.x >= visible[0] || atomicLoad(&results[ACCEPTED]) == 0u {
         return;
     }
+    let slot = visible[1u + id.x];
     let point = transform_point(view.camera_from_world, geometry[slot].xyz);
     if !all_finite(point) || point.z < 1e-4 {
         return;

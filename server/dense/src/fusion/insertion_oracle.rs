@@ -111,9 +111,8 @@ fn settled(fixture: &Fixture, claims: &Claims, slot: usize) -> u32 {
     } else if weight < 0.5 * settings.weight_stable {
         state &= !STABLE;
     }
-    let forgotten = state & STABLE == 0 && settings.frame - seen > settings.unseen_frames_max;
     let redundant = seen == settings.frame && is_redundant(fixture, claims, slot);
-    if weight <= 0.0 || forgotten || redundant { 0 } else { state }
+    if weight <= 0.0 || redundant { 0 } else { state }
 }
 
 fn is_redundant(fixture: &Fixture, claims: &Claims, slot: usize) -> bool {
@@ -186,8 +185,14 @@ fn settling_agrees_with_the_oracle() {
     let died = (0..SLOTS).filter(|&slot| fixture.rows.history[slot][3] != 0 && states[slot] == 0).count();
     assert!(died > 40, "{died}");
     let results = fixture.gpu.read(&fixture.buffers.results).unwrap();
-    let count = |bit: u32| states.iter().filter(|state| **state & bit != 0).count() as u32;
-    assert_eq!(results[2..4], [count(ALIVE), count(STABLE)]);
+    let stable = |state: u32| state & STABLE != 0;
+    let changed = |was: bool, is: bool| {
+        let slots = (0..SLOTS).filter(|&slot| stable(fixture.rows.history[slot][3]) == was);
+        slots.filter(|&slot| stable(states[slot]) == is).count() as u32
+    };
+    let counts = [died as u32, changed(false, true), changed(true, false)];
+    assert!(counts[1] > 0 && counts[2] > 0, "{counts:?}");
+    assert_eq!([results[2], results[3], results[5]], counts);
 }
 
 #[test]

@@ -64,16 +64,16 @@ impl Fusion {
         buffers: &FrameBuffers,
         settings: &FusionSettings,
     ) -> Result<(), GpuError> {
-        let (slots, pixels) = ([settings.slots, 1, 1], [buffers.observation.pixels(), 1, 1]);
-        frame.stage("fusion", |stage| stage.run(&self.fuse, slots))?;
+        let (visible, pixels) = (&buffers.index_map.visible.groups, [buffers.observation.pixels(), 1, 1]);
+        frame.stage("fusion", |stage| stage.run_indirect(&self.fuse, visible))?;
         frame.clear(&buffers.covered);
         frame.clear(&buffers.claims);
         frame.clear(&buffers.lifted.flags);
         frame.stage("insertion", |stage| {
-            stage.run(&self.claim_surfels, slots)?;
+            stage.run_indirect(&self.claim_surfels, visible)?;
             stage.run(&self.claim_pixels, pixels)?;
             stage.run(&self.mark_lifted, [settings.table_mask + 1, 1, 1])?;
-            stage.run(&self.settle, slots)?;
+            stage.run_indirect(&self.settle, visible)?;
             buffers.lifted.record(gpu, stage, pixels[0])?;
             stage.run(&self.lift, pixels)
         })

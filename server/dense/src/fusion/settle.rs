@@ -8,7 +8,7 @@ use crate::model::FrameBuffers;
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "settle",
     include_str!("settle.wgsl"),
-    &[Uniform, Read, Read, Read, ReadWrite, ReadWrite],
+    &[Uniform, Read, Read, Read, ReadWrite, ReadWrite, Read],
 );
 
 /// Reads the claims, updates the states, counts.
@@ -23,6 +23,7 @@ pub(super) fn bind(gpu: &Gpu, frame: &FrameBuffers) -> Result<BoundKernel, GpuEr
             &frame.claims,
             &store.history,
             &frame.results,
+            &frame.index_map.visible.slots,
         ],
     )
 }

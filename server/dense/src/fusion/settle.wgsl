@@ -1,7 +1,7 @@
 #import surfel
 #import fusion
-// Step 4 of Algorithm 2 and Algorithm 3: stability, and the deletion of surfels that lost their
-// weight, of unstable ones not seen for some frames, and of all but one in a cell of the point grid. Counts who is left.
+// Step 4 of Algorithm 2 and Algorithm 3 for the surfels in view: stability, and the deletion of those that lost their weight
+// and of all but one in a cell of the point grid. Counts the changes; the list of visible surfels deletes forgotten ones.
 
 @group(0) @binding(0) var<uniform> settings: FusionSettings;
 @group(0) @binding(1) var<storage, read> geometry: array<vec4<f32>>;
@@ -9,6 +9,8 @@
 @group(0) @binding(3) var<storage, read> claims: array<u32>;
 @group(0) @binding(4) var<storage, read_write> history: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read_write> results: array<atomic<u32>>;
+// number and slots of the surfels in view
+@group(0) @binding(6) var<storage, read> visible: array<u32>;
 
 // Whether a better surfel of the same cell that faces the same way holds this one's cell.
 fn is_redundant(slot: u32) -> bool {
@@ -25,30 +27,31 @@ fn is_redundant(slot: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn settle(@builtin(global_invocation_id) id: vec3<u32>) {
-    let slot = id.x;
-    if slot >= settings.slots || !is_alive(history[slot].w) {
+    if id.x >= visible[0] || atomicLoad(&results[ACCEPTED]) == 0u {
         return;
     }
+    let slot = visible[1u + id.x];
     let past = history[slot];
+    let weight = orientation[slot].w;
     var state = past.w;
-    if atomicLoad(&results[ACCEPTED]) != 0u {
-        let weight = orientation[slot].w;
-        if weight >= settings.weight_stable {
-            state |= STABLE;
-        } else if weight < 0.5 * settings.weight_stable {
-            state &= ~STABLE;
-        }
-        let seen_now = past.y == settings.frame;
-        let forgotten = (state & STABLE) == 0u && settings.frame - past.y > settings.unseen_frames_max;
-        if weight <= 0.0 || forgotten || (seen_now && is_redundant(slot)) {
-            state = 0u;
-        }
-        history[slot].w = state;
+    if weight >= settings.weight_stable {
+        state |= STABLE;
+    } else if weight < 0.5 * settings.weight_stable {
+        state &= ~STABLE;
     }
-    if is_alive(state) {
-        atomicAdd(&results[ALIVE_COUNT], 1u);
+    if weight <= 0.0 || (past.y == settings.frame && is_redundant(slot)) {
+        state = 0u;
+    }
+    if state == past.w {
+        return;
+    }
+    history[slot].w = state;
+    if !is_alive(state) {
+        atomicAdd(&results[DIED], 1u);
     }
     if is_stable(state) {
-        atomicAdd(&results[STABLE_COUNT], 1u);
+        atomicAdd(&results[BECAME_STABLE], 1u);
+    } else if is_stable(past.w) {
+        atomicAdd(&results[LOST_STABILITY], 1u);
     }
 }

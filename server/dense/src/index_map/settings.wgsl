@@ -1,4 +1,4 @@
-// What both splat kernels are told; `SplatSettings` in mod.rs is the CPU side.
+// What the kernels of this folder are told; `SplatSettings` in mod.rs is the CPU side.
 
 struct SplatSettings {
     slots: u32,
@@ -7,4 +7,6 @@ struct SplatSettings {
     stable_only: u32,
     // largest half width of a disc, in cells
     reach_max: f32,
+    // unstable surfels last seen before this frame are deleted
+    forget_before: u32,
 }

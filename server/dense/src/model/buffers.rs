@@ -48,7 +48,8 @@ impl FrameBuffers {
         let scale = config.index_map_scale;
         let standing = View { pinhole: rig.left, world_from_camera: geometry::Pose::identity() };
         let view = gpu.uniform("view", &standing.to_gpu())?;
-        let index_map = IndexMap::new(gpu, &view, &store, pixels * (scale * scale) as usize)?;
+        let results = gpu.storage("results", RESULTS)?;
+        let index_map = IndexMap::new(gpu, &view, &store, &results, pixels * (scale * scale) as usize)?;
         let places = claim_places(pixels);
         Ok(Self {
             observation: observation.clone(),
@@ -57,7 +58,7 @@ impl FrameBuffers {
                 .uniform("fusion settings", &FusionSettings::new(config, focal_baseline(rig), places))?,
             index_scale: gpu.uniform("index map scale", &scale)?,
             index_map,
-            results: gpu.storage("results", RESULTS)?,
+            results,
             covered: gpu.storage("covered", pixels.div_ceil(32))?,
             claims: gpu.storage("claims", places as usize)?,
             lifted: PrefixSum::new(gpu, pixels)?,

@@ -152,7 +152,9 @@ impl SurfelModel {
             scale,
             stable_only: 0,
             reach_max: REACH_MAX_PX * scale as f32,
+            forget_before: self.settings.frame.saturating_sub(self.config.fusion.unseen_frames_max),
         };
+        frame.clear(&buffers.results);
         buffers.index_map.record(&self.gpu, frame, &splat)?;
         statistics.record(frame, buffers)?;
         tone.record(frame, buffers)?;
@@ -169,7 +171,8 @@ impl SurfelModel {
     pub fn finish(&mut self) -> Result<FusionReport, DenseError> {
         let results = self.results.read(&self.gpu)?;
         let wanted = self.lifted.read(&self.gpu)?[0];
-        let report = FusionReport::new(&results, (wanted, &self.settings), &self.config);
+        let before = self.surfel_counts();
+        let report = FusionReport::new(&results, before, (wanted, &self.settings), &self.config);
         let counts = &mut self.counts;
         counts.slots += report.lifted;
         counts.next_id += report.lifted;

@@ -45,13 +45,16 @@ pub struct FusionReport {
 }
 
 impl FusionReport {
-    /// From the results (places in `shared/fusion.wgsl`) and the number of pixels that won a cell.
+    /// From the results (places in `shared/fusion.wgsl`), the surfels before the frame (alive, stable) and the number of
+    /// pixels that won a cell.
     pub(crate) fn new(
         results: &[u32],
+        (alive, stable): (u32, u32),
         (wanted, settings): (u32, &FusionSettings),
         config: &DenseConfig,
     ) -> Self {
-        let &[measured_pixels, accepted, kept, stable, registered, ..] = results else {
+        let &[measured_pixels, accepted, died, became_stable, registered, lost_stability, ..] = results
+        else {
             unreachable!("the result block has a fixed length");
         };
         let lifted = wanted.min(settings.capacity - settings.slots);
@@ -60,8 +63,8 @@ impl FusionReport {
             registered,
             lifted,
             refused: wanted - lifted,
-            surfels: kept + lifted,
-            stable,
+            surfels: alive - died + lifted,
+            stable: stable + became_stable - lost_stability,
             measured_pixels,
             back_projection: BackProjection::from_results(results, config.rejection.error_bin_mm * 1e-3),
         }

@@ -7,6 +7,7 @@ mod shade_oracle;
 use geometry::{DepthMap, Rgb};
 use gpu::{FrameRecorder, Gpu, KernelDeclaration, StageTimer};
 
+use crate::fusion::RESULTS;
 use crate::index_map::{IndexMap, SplatSettings};
 use crate::store::SurfelStore;
 use crate::view::View;
@@ -42,9 +43,11 @@ pub(crate) fn render(
     let background = gpu.uniform("background", &u32::from_le_bytes([red, green, blue, 0xFF]))?;
     let color = gpu.storage("rendered colour", pixels)?;
     let depth = gpu.storage("rendered depth", pixels)?;
-    let map = IndexMap::new(gpu, &view_uniform, store, pixels)?;
+    let counts = gpu.storage("rendered counts", RESULTS)?;
+    let map = IndexMap::new(gpu, &view_uniform, store, &counts, pixels)?;
     let shade = shade::bind(gpu, (&view_uniform, &background), &map.slots, store, (&color, &depth))?;
-    let settings = SplatSettings { slots, scale: 1, stable_only: 1, reach_max: REACH_MAX_PX };
+    let settings =
+        SplatSettings { slots, scale: 1, stable_only: 1, reach_max: REACH_MAX_PX, forget_before: 0 };
     let mut frame = FrameRecorder::begin(gpu, timer);
     map.record(gpu, &mut frame, &settings)?;
     frame.stage("shade", |stage| stage.run(&shade, [width, height, 1]))?;

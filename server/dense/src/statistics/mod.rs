@@ -114,7 +114,6 @@ impl Statistics {
 
     /// Records the comparison and the verdict on the frame.
     pub fn record(&self, frame: &mut FrameRecorder, buffers: &FrameBuffers) -> Result<(), GpuError> {
-        frame.clear(&buffers.results);
         frame.stage("statistics", |stage| {
             let invocations = buffers.observation.pixels().div_ceil(PIXELS_PER_INVOCATION);
             stage.run(&self.compare, [invocations, 1, 1])?;

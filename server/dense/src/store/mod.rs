@@ -33,6 +33,8 @@ pub(crate) struct SurfelStore {
     pub history: GpuBuffer<Bits>,
     /// What viewers hold; see `compare_published.wgsl`.
     pub held: HeldRows,
+    /// A row per slot for what does not outlast a stage.
+    pub scratch: GpuBuffer<Bits>,
 }
 
 /// The published copy.
@@ -60,6 +62,7 @@ impl SurfelStore {
                 orientation: gpu.storage("held orientation", len)?,
                 rest: gpu.storage("held rest", len)?,
             },
+            scratch: gpu.storage("surfel scratch", len)?,
         })
     }
 
@@ -81,7 +84,7 @@ impl SurfelStore {
         Ok(())
     }
 
-    /// All arrays, as rows of bits.
+    /// All arrays of the model, as rows of bits.
     pub fn arrays(&self) -> [GpuBuffer<Bits>; 7] {
         [
             self.geometry.cast(),

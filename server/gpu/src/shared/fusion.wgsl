@@ -46,9 +46,11 @@ struct FusionSettings {
 // Places in the `results` of a frame.
 const MEASURED: u32 = 0u;
 const ACCEPTED: u32 = 1u;
-const ALIVE_COUNT: u32 = 2u;
-const STABLE_COUNT: u32 = 3u;
+// surfels that died, became stable, registered to a pixel, and were stable but died or are no longer
+const DIED: u32 = 2u;
+const BECAME_STABLE: u32 = 3u;
 const REGISTERED_COUNT: u32 = 4u;
+const LOST_STABILITY: u32 = 5u;
 const HISTOGRAM: u32 = 8u;
 const ERROR_BINS: u32 = 1024u;
 // the same histogram of the held-out pixels, which are not in the first
