@@ -80,7 +80,7 @@ fn agreement(scale: u32, stable_only: u32) {
     let differ = (0..cells.len())
         .filter(|&cell| (cells[cell] != 0).then(|| !cells[cell]) != expected[cell].map(|(slot, _)| slot))
         .count();
-    assert!(differ * 200 <= shown, "{differ} of {shown} cells differ");
+    assert!(differ * 100 <= shown, "{differ} of {shown} cells differ");
     assert_eq!(run(&fixture, &settings), cells, "two runs");
 }
 

@@ -40,11 +40,11 @@ fn surfels_in_view_are_listed_in_order_and_forgotten_ones_deleted() {
     let states: Vec<u32> = fixture.read().history.iter().map(|row| row[3]).collect();
     let mut died = 0;
     let (mut expected, mut close_calls) = (Vec::new(), Vec::new());
-    for slot in 0..SLOTS {
+    for (slot, &left) in states.iter().enumerate() {
         let [_, seen, _, state] = fixture.rows.history[slot];
         let forgotten = state & ALIVE != 0 && state & STABLE == 0 && seen < 28;
         died += u32::from(forgotten);
-        assert_eq!(states[slot], if forgotten { 0 } else { state }, "slot {slot}");
+        assert_eq!(left, if forgotten { 0 } else { state }, "slot {slot}");
         let (visible, margin) = in_view(&fixture, slot);
         if margin < 1e-3 {
             close_calls.push(slot as u32);
