@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::DenseError;
+use crate::{DenseError, NodeConfig};
 
 /// The largest number of slots that a claim key can hold.
 const SLOT_LIMIT: u32 = 1 << 24;
@@ -21,6 +21,8 @@ pub struct DenseConfig {
     pub index_map_scale: u32,
     /// Share of dead slots at which the arrays are compacted.
     pub compaction_dead_share: f64,
+    /// `[dense.nodes]`.
+    pub nodes: NodeConfig,
     /// `[dense.fusion]`.
     pub fusion: FusionConfig,
     /// `[dense.color]`.
@@ -143,6 +145,7 @@ impl DenseConfig {
         for (field, value) in positive {
             require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")?;
         }
+        self.nodes.check()?;
         let scale = self.index_map_scale;
         require([1, 2, 4].contains(&scale), "dense.index_map_scale", f64::from(scale), "1, 2 or 4")?;
         let limit = self.surfel_limit;

@@ -56,6 +56,8 @@ pub struct StepReport {
     pub surfels: u32,
     /// New surfels for which the model had no room.
     pub refused: u32,
+    /// Deformation nodes after the frame.
+    pub nodes: u32,
     /// Error of the model before the frame was fused; `None` where nothing of it was in view.
     pub back_projection: Option<BackProjection>,
     /// Time of each stage.
@@ -164,6 +166,7 @@ impl DenseSlam {
             discarded_reason,
             surfels: self.model.surfel_counts().1,
             refused: fusion.as_ref().map_or(0, |fusion| fusion.refused),
+            nodes: fusion.as_ref().map_or(0, |fusion| fusion.nodes),
             back_projection: fusion.and_then(|fusion| fusion.back_projection),
             stages: times.stages,
             dispatches: times.dispatches,

@@ -51,6 +51,8 @@ pub struct Collected {
     pub stream: Option<StreamMeter>,
     pub stamps_ns: Option<(u64, u64)>,
     pub model: Vec<Surfel>,
+    /// Deformation nodes after the last fused pair.
+    pub nodes: u32,
     pub picture: Option<Rgb>,
     pub error: Option<WorkerError>,
     front_ms: BTreeMap<u64, f64>,
@@ -76,6 +78,7 @@ impl Collector {
             stream,
             stamps_ns: None,
             model: Vec::new(),
+            nodes: 0,
             picture: None,
             error: None,
             front_ms: BTreeMap::new(),
@@ -163,6 +166,7 @@ impl Sink for Collector {
         let Some(world_from_camera) = &pair.world_from_camera else { return Ok(()) };
         if pair.report.fused {
             collected.counts.fused += 1;
+            collected.nodes = pair.report.nodes;
         } else {
             collected.counts.discarded += 1;
             let reason = pair.report.discarded_reason.map_or("not_fused", |reason| reason.name());

@@ -79,7 +79,7 @@ fn report(collected: &Collected, run: &Run) -> Report {
         frame_ms: quantiles(&collected.frame_ms),
         wall_s: run.wall.as_secs_f64(),
         surfels: collected.model.len() as u64,
-        nodes: 0,
+        nodes: u64::from(collected.nodes),
         back_projection_mm: back_projection(&collected.frames),
         color_seam_levels: seams::color_step_levels(&collected.model),
         stream: collected.stream.as_ref().map(|stream| stream.summary(duration_s)),

@@ -9,20 +9,22 @@ pub use report::{DiscardReason, FusionReport};
 use std::sync::Arc;
 
 use geometry::{Pose, StereoRig};
-use gpu::{FrameRecorder, Gpu, KernelDeclaration, PrefixSum, Readback, StageTimer};
+use gpu::{FrameRecorder, Gpu, GpuError, KernelDeclaration, PrefixSum, Readback, StageTimer};
 
 use crate::change_set::{ChangeSet, Publisher};
 use crate::compaction::Compaction;
 use crate::config::DenseConfig;
 use crate::fusion::{Fusion, FusionSettings, RESULTS};
 use crate::index_map::SplatSettings;
+use crate::node_graph::{ALIVE_NODES, GraphSettings, NodeGraph, NodeStore};
 use crate::render::{self, Rendering};
 use crate::statistics::Statistics;
 use crate::store::{Surfel, SurfelStore};
 use crate::tone::{self, ToneFit};
+use crate::warp::{NodeWarp, SurfelWarp, WarpParts};
 use crate::{
-    DenseError, Observation, View, change_set, compaction, disparity, fusion, index_map, preprocess,
-    statistics,
+    DenseError, Observation, View, change_set, compaction, disparity, fusion, index_map, node_graph,
+    preprocess, statistics, warp,
 };
 
 /// Largest half width of a disc in the index map, pixels.
@@ -34,7 +36,7 @@ const SEED_STEP: u32 = 0x9E37_79B9;
 
 /// All kernels of this crate.
 pub fn kernels() -> Vec<KernelDeclaration> {
-    let folders: [&[KernelDeclaration]; 7] = [
+    let folders: [&[KernelDeclaration]; 9] = [
         &index_map::KERNELS,
         &statistics::KERNELS,
         &tone::KERNELS,
@@ -42,6 +44,8 @@ pub fn kernels() -> Vec<KernelDeclaration> {
         &compaction::KERNELS,
         &change_set::KERNELS,
         &render::KERNELS,
+        &node_graph::KERNELS,
+        &warp::KERNELS,
     ];
     let mut all = folders.concat();
     all.extend(disparity::kernels());
@@ -60,6 +64,15 @@ struct Bound {
     marked: PrefixSum,
     compaction: Compaction,
     publisher: Publisher,
+    warp: ModelWarp,
+}
+
+/// The graph over the present arrays, and what it moves.
+#[derive(Debug)]
+struct ModelWarp {
+    graph: NodeGraph,
+    surfels: SurfelWarp,
+    nodes: NodeWarp,
 }
 
 /// What the CPU knows of the arrays between frames.
@@ -84,6 +97,8 @@ pub struct SurfelModel {
     counts: Counts,
     results: Readback<u32>,
     lifted: Readback<u32>,
+    nodes: NodeStore,
+    node_state: Readback<u32>,
     timer: StageTimer,
 }
 
@@ -102,9 +117,13 @@ impl SurfelModel {
         let pixels = checked_pixels(observation.width, observation.height)?;
         let timer = StageTimer::new(&gpu, STAGES_MAX)?;
         let store = SurfelStore::new(&gpu, config.surfel_capacity)?;
+        let nodes = NodeStore::new(&gpu, &config.nodes)?;
         clear_held(&gpu, &timer, &store)?;
+        clear_nodes(&gpu, &timer, &nodes)?;
         Ok(Self {
-            bound: Bound::new(&gpu, &rig, observation, store, config)?,
+            bound: Bound::new(&gpu, &rig, observation, (store, &nodes), config)?,
+            node_state: Readback::new(&gpu, "node state read", nodes.state.len())?,
+            nodes,
             settings: FusionSettings::new(
                 config,
                 buffers::focal_baseline(&rig),
@@ -137,6 +156,13 @@ impl SurfelModel {
         self.settings.accept_always =
             u32::from(counts.rejected_in_row >= self.config.rejection.frames_in_row_max);
         self.gpu.write(&self.bound.buffers.settings, 0, &[self.settings])?;
+        let graph = GraphSettings {
+            surfels: counts.slots,
+            frame: frame_index,
+            tick: counts.frames,
+            ..GraphSettings::new(&self.config.nodes)
+        };
+        self.gpu.write(&self.nodes.settings, 0, &[graph])?;
         Ok(())
     }
 
@@ -145,7 +171,9 @@ impl SurfelModel {
     /// # Errors
     /// [`DenseError::Gpu`].
     pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
-        let Bound { buffers, statistics, tone, fusion, .. } = &self.bound;
+        let Bound { buffers, statistics, tone, fusion, warp, .. } = &self.bound;
+        warp.surfels.record(frame, self.counts.slots)?;
+        warp.nodes.record(frame)?;
         let scale = self.config.index_map_scale;
         let splat = SplatSettings {
             slots: self.counts.slots,
@@ -159,6 +187,8 @@ impl SurfelModel {
         statistics.record(frame, buffers)?;
         tone.record(frame, buffers)?;
         fusion.record(&self.gpu, frame, buffers, &self.settings)?;
+        warp.graph.record(frame, self.counts.slots)?;
+        self.node_state.fetch(frame, &self.nodes.state, 0);
         self.results.fetch(frame, &buffers.results, 0);
         self.lifted.fetch(frame, &buffers.lifted.total, 0);
         Ok(())
@@ -171,8 +201,10 @@ impl SurfelModel {
     pub fn finish(&mut self) -> Result<FusionReport, DenseError> {
         let results = self.results.read(&self.gpu)?;
         let wanted = self.lifted.read(&self.gpu)?[0];
+        let nodes = self.node_state.read(&self.gpu)?[ALIVE_NODES];
         let before = self.surfel_counts();
         let report = FusionReport::new(&results, before, (wanted, &self.settings), &self.config);
+        let report = FusionReport { nodes, ..report };
         let counts = &mut self.counts;
         counts.slots += report.lifted;
         counts.next_id += report.lifted;
@@ -241,7 +273,7 @@ impl SurfelModel {
         let mut frame = FrameRecorder::begin(&self.gpu, &self.timer);
         store.copy_from(&mut frame, &self.bound.buffers.store, self.counts.slots as usize)?;
         let observation = self.bound.buffers.observation.clone();
-        let grown = Bound::new(&self.gpu, &self.rig, &observation, store, &self.config)?;
+        let grown = Bound::new(&self.gpu, &self.rig, &observation, (store, &self.nodes), &self.config)?;
         grown.tone.copy_from(&mut frame, &self.bound.tone)?;
         frame.submit().collect()?;
         self.bound = grown;
@@ -254,9 +286,10 @@ impl Bound {
         gpu: &Gpu,
         rig: &StereoRig,
         observation: &Observation,
-        store: SurfelStore,
+        (store, nodes): (SurfelStore, &NodeStore),
         config: &DenseConfig,
     ) -> Result<Self, DenseError> {
+        let warp = ModelWarp::new(gpu, nodes, &store)?;
         let marked = PrefixSum::new(gpu, store.capacity() as usize)?;
         let compaction = Compaction::new(gpu, &store, &marked)?;
         let publisher = Publisher::new(gpu, &store, &marked, &config.publish)?;
@@ -264,13 +297,39 @@ impl Bound {
         let statistics = Statistics::new(gpu, &buffers)?;
         let tone = ToneFit::new(gpu, &buffers)?;
         let fusion = Fusion::new(gpu, &buffers)?;
-        Ok(Self { buffers, statistics, tone, fusion, marked, compaction, publisher })
+        Ok(Self { buffers, statistics, tone, fusion, marked, compaction, publisher, warp })
+    }
+}
+
+impl ModelWarp {
+    fn new(gpu: &Gpu, nodes: &NodeStore, store: &SurfelStore) -> Result<Self, GpuError> {
+        let parts = WarpParts {
+            settings: &nodes.settings,
+            rows: &nodes.rows,
+            hash: &nodes.hash,
+            transforms: &nodes.transforms,
+            geometry: &store.geometry,
+            orientation: &store.orientation,
+            state: &store.history,
+        };
+        Ok(Self {
+            graph: NodeGraph::new(gpu, nodes, store)?,
+            surfels: SurfelWarp::new(gpu, &parts)?,
+            nodes: NodeWarp::new(gpu, &nodes.rows, &nodes.transforms, &nodes.travelled)?,
+        })
     }
 }
 
 fn clear_held(gpu: &Gpu, timer: &StageTimer, store: &SurfelStore) -> Result<(), DenseError> {
     let mut frame = FrameRecorder::begin(gpu, timer);
     store.clear_held(&mut frame);
+    frame.submit().collect()?;
+    Ok(())
+}
+
+fn clear_nodes(gpu: &Gpu, timer: &StageTimer, nodes: &NodeStore) -> Result<(), DenseError> {
+    let mut frame = FrameRecorder::begin(gpu, timer);
+    nodes.clear(&mut frame);
     frame.submit().collect()?;
     Ok(())
 }

@@ -38,6 +38,8 @@ pub struct FusionReport {
     pub surfels: u32,
     /// Stable ones among them.
     pub stable: u32,
+    /// Deformation nodes after the frame.
+    pub nodes: u32,
     /// Pixels with a measured depth.
     pub measured_pixels: u32,
     /// Error of the model before the frame was fused; `None` where nothing of it was in view.
@@ -65,6 +67,7 @@ impl FusionReport {
             refused: wanted - lifted,
             surfels: alive - died + lifted,
             stable: stable + became_stable - lost_stability,
+            nodes: 0,
             measured_pixels,
             back_projection: BackProjection::from_results(results, config.rejection.error_bin_mm * 1e-3),
         }

@@ -9,6 +9,9 @@ const SHARED: &[(&str, &str)] = &[
     ("fusion", include_str!("../shared/fusion.wgsl")),
     ("light", include_str!("../shared/light.wgsl")),
     ("held_out", include_str!("../shared/held_out.wgsl")),
+    ("graph", include_str!("../shared/graph.wgsl")),
+    ("binding", include_str!("../shared/binding.wgsl")),
+    ("warp", include_str!("../shared/warp.wgsl")),
 ];
 
 /// The complete source: imports blanked, the shared files behind the kernel's own lines, so that line numbers in

@@ -1,0 +1,87 @@
+#import surfel
+#import graph
+// The 8 nearest other nodes of each node within twice its reach, nearest first, ties by the lower id.
+// On a surface a node has far fewer than 32 followers, whatever the order they come in.
+
+@group(0) @binding(0) var<uniform> graph: GraphSettings;
+@group(0) @binding(1) var<storage, read> nodes: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> node_heads: array<u32>;
+@group(0) @binding(3) var<storage, read> node_next: array<u32>;
+@group(0) @binding(4) var<storage, read_write> nearest: array<u32>;
+// who counts a node among its nearest: how many, and the first 32 in no order
+@group(0) @binding(5) var<storage, read_write> follower_counts: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read_write> followers: array<u32>;
+
+const NEAREST: u32 = 8u;
+const FOLLOWERS: u32 = 32u;
+
+struct NearNodes {
+    square_m: array<f32, NEAREST>,
+    slot: array<u32, NEAREST>,
+    id: array<u32, NEAREST>,
+}
+
+fn keep_near(near: ptr<function, NearNodes>, square_m: f32, slot: u32, id: u32) {
+    var square = square_m;
+    var key = vec2<u32>(slot, id);
+    for (var i = 0u; i < NEAREST; i++) {
+        let held = (*near).square_m[i];
+        let held_key = vec2<u32>((*near).slot[i], (*near).id[i]);
+        if square < held || (square == held && key.y < held_key.y) {
+            (*near).square_m[i] = square;
+            (*near).slot[i] = key.x;
+            (*near).id[i] = key.y;
+            square = held;
+            key = held_key;
+        }
+    }
+}
+
+fn look_into(cell: vec3<i32>, own: u32, near: ptr<function, NearNodes>) {
+    let point = node_point(nodes[own]);
+    var entry = node_heads[node_bucket(cell, graph.bucket_mask)];
+    while entry != 0u {
+        let slot = entry - 1u;
+        let offset = node_point(nodes[slot]) - point;
+        let square = dot(offset, offset);
+        let here = all(cell_of(node_point(nodes[slot]), graph.cells_per_metre) == cell);
+        if here && slot != own && square <= (*near).square_m[NEAREST - 1u] {
+            keep_near(near, square, slot, nodes[slot].w);
+        }
+        entry = node_next[slot];
+    }
+}
+
+fn follow(node: u32, follower: u32) {
+    if node == NO_NODE {
+        return;
+    }
+    let place = atomicAdd(&follower_counts[node], 1u);
+    if place < FOLLOWERS {
+        followers[FOLLOWERS * node + place] = follower;
+    }
+}
+
+@compute @workgroup_size(64)
+fn link_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
+    let own = id.x;
+    if own >= arrayLength(&nodes) {
+        return;
+    }
+    var near: NearNodes;
+    for (var i = 0u; i < NEAREST; i++) {
+        near.square_m[i] = 4.0 * graph.reach_m * graph.reach_m;
+        near.slot[i] = NO_NODE;
+        near.id[i] = 0u;
+    }
+    if is_node(nodes[own]) {
+        let home = cell_of(node_point(nodes[own]), graph.cells_per_metre);
+        for (var around = 0; around < 125; around++) {
+            look_into(home + vec3<i32>(around % 5, around / 5 % 5, around / 25) - 2, own, &near);
+        }
+    }
+    for (var i = 0u; i < NEAREST; i++) {
+        nearest[NEAREST * own + i] = near.slot[i];
+        follow(near.slot[i], own);
+    }
+}

@@ -1,0 +1,45 @@
+#import finite
+#import surfel
+#import graph
+#import binding
+#import warp
+// Moves surfels by their nodes (Eq. TransformationFomulation, the bracket): v' = sum w_j (A_j (v - g_j) + g_j + t_j),
+// n' = sum w_j A_j^-T n, normalised. What would not be finite stays where it is.
+
+@group(0) @binding(0) var<uniform> graph: GraphSettings;
+@group(0) @binding(1) var<storage, read> nodes: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> node_heads: array<u32>;
+@group(0) @binding(3) var<storage, read> node_next: array<u32>;
+@group(0) @binding(4) var<storage, read> transforms: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read> stirred: array<u32>;
+// w is 0 where the slot is not to be moved
+@group(0) @binding(6) var<storage, read> state: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read_write> geometry: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read_write> orientation: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn move_surfels(@builtin(global_invocation_id) id: vec3<u32>) {
+    let slot = id.x;
+    if slot >= graph.surfels || state[slot].w == 0u {
+        return;
+    }
+    let point = geometry[slot].xyz;
+    let cell = cell_of(point, graph.cells_per_metre);
+    if !all_finite(point) || stirred[node_bucket(cell, graph.bucket_mask)] == 0u {
+        return;
+    }
+    let binding = bind_to_nodes(point);
+    var moved = vec3<f32>(0.0);
+    var turned = vec3<f32>(0.0);
+    for (var corner = 0u; corner < 4u; corner++) {
+        if binding.slots[corner] != NO_NODE {
+            moved += binding.weights[corner] * carried_by(binding.slots[corner], point);
+            turned += binding.weights[corner] * turned_by(binding.slots[corner], orientation[slot].xyz);
+        }
+    }
+    let normal = normalize(turned);
+    if binding.slots.x != NO_NODE && all_finite(moved) && all_finite(normal) {
+        geometry[slot] = vec4<f32>(moved, geometry[slot].w);
+        orientation[slot] = vec4<f32>(normal, orientation[slot].w);
+    }
+}
