@@ -53,13 +53,21 @@ async function watch(page, { seconds, until }) {
   return 'time';
 }
 
+/** Advice of some graphics drivers about the reading back of pictures, which is what taking one does. */
+const DRIVER_ADVICE = 'GL Driver Message (OpenGL, Performance';
+
+/** @param {import('playwright-core').ConsoleMessage} message */
+function isComplaint(message) {
+  return ['error', 'warning'].includes(message.type()) && !message.text().includes(DRIVER_ADVICE);
+}
+
 /** @param {ReturnType<typeof options>} given */
 async function observe(given) {
   const browser = await launchChromium();
   try {
     const page = await browser.newPage({ viewport: given.viewport });
     page.on('console', (message) => {
-      if (['error', 'warning'].includes(message.type())) print({ console: message.text() });
+      if (isComplaint(message)) print({ console: message.text() });
     });
     page.on('pageerror', (error) => print({ console: String(error) }));
     await page.goto(given.address);

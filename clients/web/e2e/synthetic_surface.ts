@@ -1,4 +1,5 @@
 /** A patch of breathing tissue: packed surfels, cheap enough to make thousands of them at every epoch. */
+import type { Surfel } from '../src/model/surfel_record';
 
 const PATCH_M = 0.09;
 const DEPTH_M = 0.085;
@@ -36,11 +37,24 @@ export class SyntheticSurface {
     const slopeX = (heightM(x + step, y, timeS) - z) / step;
     const slopeY = (heightM(x, y + step, timeS) - z) / step;
     const [red, green, blue] = tissueColor(x, y, -slopeX - slopeY);
-    packPosition(view, offset, x, y, z);
-    const radiusCode = Math.round(16 * Math.log2(PATCH_M / this.side / 1e-5));
-    view.setUint32(offset + 8, (packNormal(slopeX, slopeY, -1) | (radiusCode << 24)) >>> 0, true);
-    view.setUint32(offset + 12, (red | (green << 8) | (blue << 16) | (200 << 24)) >>> 0, true);
+    packSurfel(view, offset, {
+      positionM: [x, y, z],
+      normal: [slopeX, slopeY, -1],
+      radiusM: PATCH_M / this.side,
+      color: [red, green, blue],
+      confidence: 200 / 255,
+    });
   }
+}
+
+/** Writes the record of a surfel; its normal may have any length. */
+export function packSurfel(view: DataView, offset: number, surfel: Surfel): void {
+  const [red, green, blue] = surfel.color;
+  const radiusCode = Math.round(16 * Math.log2(surfel.radiusM / 1e-5));
+  const confidence = Math.round(surfel.confidence * 255);
+  packPosition(view, offset, ...surfel.positionM);
+  view.setUint32(offset + 8, (packNormal(...surfel.normal) | (radiusCode << 24)) >>> 0, true);
+  view.setUint32(offset + 12, (red | (green << 8) | (blue << 16) | (confidence << 24)) >>> 0, true);
 }
 
 function heightM(x: number, y: number, timeS: number): number {

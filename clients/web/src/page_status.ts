@@ -31,6 +31,10 @@ export interface PageStatus {
   readonly ageMs: number | null;
   /** Whether the model is shown faded because it is stale. */
   readonly stale: boolean;
+  /** Whether the model is not shown at all because it is too old. */
+  readonly hidden: boolean;
+  /** Straight distances of the measurements, in millimetres. */
+  readonly measuredMm: readonly number[];
   /** Poses and preview images received. */
   readonly poses: number;
   readonly previews: number;
@@ -58,6 +62,8 @@ const LIST_STATUS: PartOfPage = {
   following: false,
   ageMs: null,
   stale: false,
+  hidden: false,
+  measuredMm: [],
   poses: 0,
   previews: 0,
   framesDrawn: 0,

@@ -14,6 +14,7 @@ const ALL_WELL: Situation = {
   silenceMs: 30,
   ageMs: 60,
   surfels: 1000,
+  hidden: false,
 };
 
 test('nothing is said while all is well', () => {

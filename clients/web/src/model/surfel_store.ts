@@ -3,6 +3,7 @@ import { DirtyPages, type SlotRange } from './dirty_pages';
 import { WORDS_PER_RECORD } from './packed_surfels';
 import { ProtocolError } from './protocol_error';
 import { SlotMap } from './slot_map';
+import { positionOf } from './surfel_record';
 
 /** Surfels that a page holds at most: 64 MiB on the GPU. */
 export const MAX_MODEL_SURFELS = 1 << 22;
@@ -18,6 +19,8 @@ export class SurfelStore {
   private readonly dirty = new DirtyPages();
   private records = new Uint32Array(FIRST_CAPACITY * WORDS_PER_RECORD);
   private versions = new Uint32Array(FIRST_CAPACITY);
+  private origins = new Float32Array(FIRST_CAPACITY * 3);
+  private readonly newcomers = new DirtyPages();
   private digestSum = 0;
 
   /** Surfels held, in slots `0..size`. */
@@ -28,6 +31,26 @@ export class SurfelStore {
   /** Packed records by slot, four words each; replaced by a larger array when the model outgrows it. */
   get words(): Uint32Array {
     return this.records;
+  }
+
+  /** Version by slot; replaced together with `words`. */
+  get versionWords(): Uint32Array {
+    return this.versions;
+  }
+
+  /** Where each surfel was when it came, by slot: x, y, z in metres; replaced together with `words`. */
+  get originsM(): Float32Array {
+    return this.origins;
+  }
+
+  /** The id of the surfel in `slot`, which must be below `size`. */
+  id(slot: number): number {
+    return this.slots.id(slot);
+  }
+
+  /** The slot of `id`, or undefined where it is not held. */
+  slot(id: number): number | undefined {
+    return this.slots.slot(id);
   }
 
   /** Digest over ids and versions; 0 for the empty model. */
@@ -53,6 +76,9 @@ export class SurfelStore {
     this.versions[slot] = version;
     this.digestSum = (this.digestSum + surfelDigest(id, version)) >>> 0;
     this.dirty.mark(slot);
+    if (slot < heldSlots) return;
+    this.origins.set(positionOf(this.records, slot * WORDS_PER_RECORD), slot * 3);
+    this.newcomers.mark(slot);
   }
 
   /** Removes the surfel; one that is not held changes nothing. */
@@ -66,7 +92,9 @@ export class SurfelStore {
     const start = movedFrom * WORDS_PER_RECORD;
     this.records.copyWithin(slot * WORDS_PER_RECORD, start, start + WORDS_PER_RECORD);
     this.versions[slot] = this.versions[movedFrom] as number;
+    this.origins.copyWithin(slot * 3, movedFrom * 3, movedFrom * 3 + 3);
     this.dirty.mark(slot);
+    this.newcomers.mark(slot);
   }
 
   /** Removes every surfel whose id is not in `kept`. */
@@ -81,12 +109,18 @@ export class SurfelStore {
   clear(): void {
     this.slots.clear();
     this.dirty.clear();
+    this.newcomers.clear();
     this.digestSum = 0;
   }
 
   /** The runs of slots that changed since the last call. */
   takeDirty(): SlotRange[] {
     return this.dirty.take(this.size);
+  }
+
+  /** The runs of slots whose surfel is another one since the last call. */
+  takeNewcomers(): SlotRange[] {
+    return this.newcomers.take(this.size);
   }
 
   private subtractDigest(id: number, version: number): void {
@@ -101,6 +135,9 @@ export class SurfelStore {
     }
     this.records = grown(this.records);
     this.versions = grown(this.versions);
+    const origins = new Float32Array(this.origins.length * 2);
+    origins.set(this.origins);
+    this.origins = origins;
   }
 }
 

@@ -62,6 +62,14 @@ export class ViewControl {
     this.touched = false;
   }
 
+  /** The next fit looks from the first direction again. */
+  resetDirection(): void {
+    this.goal = {
+      position: this.orbit.target.clone().add(FIRST_DIRECTION),
+      target: this.orbit.target.clone(),
+    };
+  }
+
   /** Looks through the scope, or goes back to the orbit at `pivot`. */
   follow(on: boolean, pivot: Vector3): void {
     if (on === this.following) return;

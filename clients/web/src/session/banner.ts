@@ -14,6 +14,8 @@ export interface Situation {
   readonly silenceMs: number | null;
   readonly ageMs: number | null;
   readonly surfels: number;
+  /** The model is too old to be shown. */
+  readonly hidden: boolean;
 }
 
 export interface Message {
@@ -28,7 +30,8 @@ const WORTH_SAYING_MS = 3000;
 /** The one most important thing to say, or nothing. */
 export function messageFor(situation: Situation): Message | undefined {
   const { connection, status, tracking, surfels } = situation;
-  const held = surfels > 0 ? `The model shown is ${age(situation.ageMs)} old.` : '';
+  const shown = situation.hidden ? 'is hidden: it is' : 'shown is';
+  const held = surfels > 0 ? `The model ${shown} ${age(situation.ageMs)} old.` : '';
   if (situation.unknownSession) {
     return { title: 'No such session', detail: 'It has ended, or the address is wrong.', tone: 'bad' };
   }
@@ -50,6 +53,7 @@ export function messageFor(situation: Situation): Message | undefined {
   if (status === 'live' && (situation.silenceMs ?? 0) > WORTH_SAYING_MS) {
     return { title: 'No new model data', detail: held, tone: 'warning' };
   }
+  if (situation.hidden) return { title: 'Model too old', detail: held, tone: 'warning' };
   if (surfels === 0) return emptyMessage(status);
   return undefined;
 }

@@ -11,11 +11,18 @@ import { element, setData, setText } from '../ui/dom';
 import type { Page } from '../ui/page';
 import { age, ageTone, viewedStatusWording } from '../ui/wording';
 import { Banner, messageFor } from './banner';
+import { DisplayOptions } from './display_options';
+import { MeasurementList } from './measurement_list';
+import { savePicture, toggleFullScreen } from './picture';
+import { Plots } from './plots';
 import { Preview } from './preview';
 import { StatusPanel } from './status_panel';
 import { Toolbar } from './toolbar';
+import { Tools } from './tools';
 
 const REFRESH_MS = 200;
+/** The server corrects a surfel that is farther off than this (design: section 8). */
+const MODEL_ERROR_M = 2e-4;
 const VIEW_HELP =
   '3-D model. Drag or arrow keys turn it, wheel or plus and minus zoom, right drag or Shift and arrows move it.';
 
@@ -33,8 +40,12 @@ export class SessionPage implements Page {
   private readonly banner = new Banner();
   private readonly panel = new StatusPanel();
   private readonly preview = new Preview(recordError);
+  private readonly plots = new Plots();
+  private readonly options: DisplayOptions;
+  private readonly measurements: MeasurementList;
   private readonly store = new SurfelStore();
   private readonly stage: Stage | undefined;
+  private readonly tools: Tools | undefined;
   private readonly toolbar: Toolbar;
   private readonly feed: SessionFeed;
   private readonly refreshing: number;
@@ -45,7 +56,13 @@ export class SessionPage implements Page {
   constructor(private readonly session: string) {
     this.heading = element('div', {}, element('h1', {}, session), this.statusPill, this.agePill);
     this.stage = startStage(this.canvas, this.store);
+    this.tools = this.makeTools();
     this.toolbar = this.makeToolbar();
+    this.options = this.makeOptions();
+    this.measurements = new MeasurementList({
+      remove: (index) => this.tools?.remove(index),
+      clear: () => this.tools?.clear(),
+    });
     this.layOut();
     this.feed = new SessionFeed(viewUrl(session), this.store, {
       pose: (pose) => this.takePose(pose),
@@ -56,30 +73,64 @@ export class SessionPage implements Page {
     });
     document.title = `${session} · MIS-SLAM`;
     describePage(() => this.describe());
+    document.addEventListener('keydown', this.onKey);
     this.refreshing = window.setInterval(() => this.refresh(), REFRESH_MS);
     this.refresh();
   }
 
   close(): void {
     window.clearInterval(this.refreshing);
+    document.removeEventListener('keydown', this.onKey);
     this.feed.close();
+    this.plots.dispose();
+    this.tools?.dispose();
     this.stage?.dispose();
+  }
+
+  private makeTools(): Tools | undefined {
+    if (this.stage === undefined) return undefined;
+    return new Tools(this.canvas, this.stage, this.store, { changed: () => this.showMeasurements() });
   }
 
   private makeToolbar(): Toolbar {
     const { stage } = this;
     const toolbar = new Toolbar({
       fit: () => stage?.fit(),
+      reset: () => stage?.reset(),
       follow: (on) => stage?.follow(on),
       path: (visible) => stage?.showTrajectory(visible),
-      shape: (on) => stage?.showShape(on),
+      tool: (tool) => this.tools?.choose(tool),
+      fullScreen: () => void toggleFullScreen(this.root).catch(recordError),
+      picture: () => void (stage && savePicture(stage, this.session).catch(recordError)),
     });
     if (stage !== undefined) stage.view.onRelease = () => toolbar.releaseFollow();
-    this.root.addEventListener('keydown', (event) => {
-      if (event.ctrlKey || event.metaKey || event.altKey) return;
-      if (toolbar.press(event.key.toLowerCase())) event.preventDefault();
-    });
     return toolbar;
+  }
+
+  private readonly onKey = (event: KeyboardEvent): void => {
+    if (event.ctrlKey || event.metaKey || event.altKey || takesText(event.target)) return;
+    if (this.press(event.key.toLowerCase())) event.preventDefault();
+  };
+
+  /** Letters press buttons, digits choose the colouring, Escape puts the tool down. */
+  private press(key: string): boolean {
+    if (key === 'escape') {
+      this.toolbar.releaseTools();
+      return true;
+    }
+    return /^[1-9]$/.test(key) ? this.options.chooseColoring(Number(key) - 1) : this.toolbar.press(key);
+  }
+
+  private makeOptions(): DisplayOptions {
+    const { stage } = this;
+    return new DisplayOptions({
+      coloring: (coloring) => {
+        stage?.setColoring(coloring);
+        this.options.showLegend(stage?.legend);
+      },
+      clip: (direction, share) => stage?.setClip(direction && { direction, share }),
+      moveClip: (share) => stage?.moveClip(share),
+    });
   }
 
   private layOut(): void {
@@ -93,10 +144,21 @@ export class SessionPage implements Page {
       model.append(
         element('p', { class: 'notice' }, 'This browser offers no WebGL 2: the model cannot be drawn.'),
       );
-    }
+    } else model.append(this.stage.overlay);
     model.append(this.toolbar.root);
     const image = element('section', { class: 'card', 'aria-label': 'Scope' }, this.preview.root);
-    this.root.append(model, element('aside', {}, image, this.panel.root));
+    const { measurements, options, panel, plots } = this;
+    this.root.append(
+      model,
+      element('aside', {}, image, measurements.root, options.root, panel.root, plots.root),
+    );
+  }
+
+  private showMeasurements(): void {
+    if (this.tools === undefined) return;
+    const readings = this.tools.readings({ epoch: this.feed.replica.epoch, errorM: MODEL_ERROR_M });
+    this.measurements.show(readings);
+    this.stage?.showMarks(this.tools.marks(readings));
   }
 
   private takePose(pose: Pose): void {
@@ -133,6 +195,8 @@ export class SessionPage implements Page {
       following: feed.replica.following,
       ageMs: feed.modelAge.ageMs(now),
       stale: isStale(state, feed.modelAge.silenceMs(now)),
+      hidden: this.options.hides(feed.modelAge.ageMs(now)),
+      measuredMm: this.tools?.measuredMm ?? [],
       poses: this.posesReceived,
       previews: this.preview.imagesShown,
       framesDrawn: this.stage?.framesDrawn ?? 0,
@@ -143,6 +207,10 @@ export class SessionPage implements Page {
   private refresh(): void {
     const shown = this.describe();
     this.stage?.showStale(shown.stale);
+    this.stage?.hideModel(shown.hidden);
+    this.stage?.setEpoch(shown.epoch);
+    this.options.showLegend(this.stage?.legend);
+    if (this.tools?.inUse) this.showMeasurements();
     this.preview.showAge(this.feed.previewAge.ageMs(performance.now()));
     this.showFigures(shown);
     this.banner.show(
@@ -160,7 +228,7 @@ export class SessionPage implements Page {
     setData(this.statusPill, 'tone', status.tone);
     setText(this.agePill, `Age ${age(shown.ageMs)}`);
     setData(this.agePill, 'tone', ageTone(shown.ageMs));
-    for (const name of ['connection', 'state', 'tracking', 'surfels', 'epoch', 'stale'] as const) {
+    for (const name of ['connection', 'state', 'tracking', 'surfels', 'epoch', 'stale', 'hidden'] as const) {
       setData(this.root, name, String(shown[name]));
     }
   }
@@ -168,6 +236,8 @@ export class SessionPage implements Page {
   private showFigures(shown: PartOfPage): void {
     const { feed } = this;
     const now = performance.now();
+    const bitsPerS = feed.bytes.amountPerS(now) * 8;
+    this.plots.add(now, { latencyMs: feed.lastPose?.latencyMs ?? null, ageMs: shown.ageMs, bitsPerS });
     this.panel.show({
       ...shown,
       status: shown.state,
@@ -178,10 +248,16 @@ export class SessionPage implements Page {
       videoPerS: feed.lastState?.receivedHz ?? 0,
       posesPerS: feed.poses.eventsPerS(now),
       epochsPerS: feed.epochs.eventsPerS(now),
-      bitsPerS: feed.bytes.amountPerS(now) * 8,
+      bitsPerS,
+      drops: feed.lastState?.drops ?? [],
       viewers: feed.lastState?.viewers ?? 0,
     });
   }
+}
+
+/** Whether keys pressed here write text or move a control. */
+function takesText(target: EventTarget | null): boolean {
+  return target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
 }
 
 /** The 3-D view, or nothing where the browser cannot draw it; all else still works then. */

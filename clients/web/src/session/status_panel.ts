@@ -1,3 +1,4 @@
+import { Reason } from '../generated/mis_slam/v1/control_pb';
 import { element, setData, setText } from '../ui/dom';
 import {
   age,
@@ -31,6 +32,8 @@ export interface Figures {
   readonly epochsPerS: number;
   readonly bitsPerS: number;
   readonly viewers: number;
+  /** Pairs refused or dropped since the session opened, by reason. */
+  readonly drops: readonly { readonly reason: Reason; readonly count: bigint }[];
 }
 
 const ROWS = {
@@ -48,6 +51,7 @@ const ROWS = {
   epochs: 'Model updates',
   bits: 'Stream',
   viewers: 'Viewers',
+  drops: 'Dropped',
 } as const;
 
 type Row = keyof typeof ROWS;
@@ -86,6 +90,7 @@ export class StatusPanel {
     this.set('epochs', perSecond(figures.epochsPerS));
     this.set('bits', bitRate(figures.bitsPerS));
     this.set('viewers', count(figures.viewers));
+    this.set('drops', dropsText(figures.drops));
   }
 
   private set(row: Row, text: string, tone?: Tone): void {
@@ -98,4 +103,13 @@ export class StatusPanel {
 
 function pictureText(picture: string): string {
   return picture === '' ? '–' : picture.charAt(0).toUpperCase() + picture.slice(1);
+}
+
+/** `12 superseded, 1 unpaired`. */
+function dropsText(drops: Figures['drops']): string {
+  const parts = drops.map((drop) => {
+    const reason = Reason[drop.reason] ?? 'unknown';
+    return `${count(Number(drop.count))} ${reason.toLowerCase().replaceAll('_', ' ')}`;
+  });
+  return parts.length === 0 ? 'None' : parts.join(', ');
 }

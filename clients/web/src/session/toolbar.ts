@@ -1,33 +1,59 @@
 import { element } from '../ui/dom';
+import type { Tool } from './tools';
 
 /** What the buttons do. */
 export interface ToolbarActions {
   fit(): void;
+  reset(): void;
   follow(on: boolean): void;
   path(visible: boolean): void;
-  shape(on: boolean): void;
+  tool(tool: Tool): void;
+  fullScreen(): void;
+  picture(): void;
 }
 
 /** The buttons on the 3-D view, also reached by their letters. */
 export class Toolbar {
   readonly root: HTMLElement;
   private readonly followButton: HTMLButtonElement;
+  private readonly toolButtons: Readonly<Record<Exclude<Tool, 'look'>, HTMLButtonElement>>;
 
   constructor(actions: ToolbarActions) {
     this.followButton = toggle('Follow scope', 'Look through the scope (C)', 'c', false, actions.follow);
+    const chooser = (tool: Exclude<Tool, 'look'>) => (on: boolean) => {
+      if (on) this.releaseTools(tool);
+      actions.tool(on ? tool : 'look');
+    };
+    this.toolButtons = {
+      measure: toggle(
+        'Measure',
+        'Measure between two places on the tissue (M)',
+        'm',
+        false,
+        chooser('measure'),
+      ),
+    };
     this.root = element(
       'div',
       { class: 'toolbar', role: 'toolbar', 'aria-label': 'View' },
       button('Fit', 'Bring the whole model into view (F)', 'f', actions.fit),
+      button('Reset', 'Look from where the view began (R)', 'r', actions.reset),
       this.followButton,
       toggle('Path', 'Show the way of the scope (P)', 'p', true, actions.path),
-      toggle('Shape', 'Show the shape without colours (S)', 's', false, actions.shape),
+      this.toolButtons.measure,
+      button('Full screen', 'Fill the screen, or leave it (G)', 'g', actions.fullScreen),
+      button('Picture', 'Save the view as an image (I)', 'i', actions.picture),
     );
   }
 
   /** Ends following, if on. */
   releaseFollow(): void {
-    if (this.followButton.getAttribute('aria-pressed') === 'true') this.followButton.click();
+    release(this.followButton);
+  }
+
+  /** Puts down the tool in hand, if any. */
+  releaseTools(but?: Tool): void {
+    for (const [tool, node] of Object.entries(this.toolButtons)) if (tool !== but) release(node);
   }
 
   /** Presses the button whose letter this is; false where there is none. */
@@ -38,6 +64,10 @@ export class Toolbar {
     target?.click();
     return target !== null;
   }
+}
+
+function release(node: HTMLButtonElement): void {
+  if (node.getAttribute('aria-pressed') === 'true') node.click();
 }
 
 function button(label: string, title: string, key: string, action: () => void): HTMLButtonElement {
