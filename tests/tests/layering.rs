@@ -29,6 +29,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "tracking",
         ],
     ),
+    ("tracking-evaluation", &["geometry", "recording", "simulator", "tracking"]),
     ("tests", &["evaluation", "geometry", "mis-slam", "protocol", "recording", "simulator"]),
 ];
 
