@@ -26,6 +26,8 @@ pub struct TrackingConfig {
     pub map: MapConfig,
     /// Frame to frame.
     pub following: FollowingConfig,
+    /// Adjustment of both beside tracking.
+    pub mapping: MappingConfig,
 }
 
 /// Detection of oriented FAST corners.
@@ -204,6 +206,32 @@ pub struct FollowingConfig {
     pub strain_max: f32,
 }
 
+/// What is done about a keyframe beside tracking.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MappingConfig {
+    /// Frames after which the results are taken in a replay.
+    pub delay_frames: u32,
+    /// Keyframes adjusted at once.
+    pub window_keyframes: u32,
+    /// Further keyframes that hold them in place.
+    pub fixed_keyframes: u32,
+    /// Descents of bundle adjustment, outliers told apart before each.
+    pub adjustment_rounds: u32,
+    /// Levenberg-Marquardt steps of each.
+    pub adjustment_steps: u32,
+    /// Neighbours searched for a new keyframe's points, and for matches with its features that have no depth.
+    pub neighbours: u32,
+    /// Window half side in which a neighbour's feature is taken for a point, px; grows with the level's scale.
+    pub fusion_radius_px: f32,
+    /// Most differing descriptor bits of features from which a point is triangulated.
+    pub triangulation_bits_max: u32,
+    /// Least angle between their lines of sight, degrees.
+    pub parallax_min_deg: f64,
+    /// A keyframe of whose points at least this share is seen by three others is removed.
+    pub redundant_share: f64,
+}
+
 /// Refuses a value unless `condition` holds.
 fn check(
     key: &'static str,
@@ -227,7 +255,8 @@ impl TrackingConfig {
         self.standstill.validate()?;
         self.recovery.validate()?;
         self.map.validate()?;
-        self.following.validate()
+        self.following.validate()?;
+        self.mapping.validate()
     }
 }
 
@@ -365,5 +394,30 @@ impl MapConfig {
         )?;
         check("map.keyframes_max", f64::from(self.keyframes_max), self.keyframes_max >= 10, "10 or more")?;
         check("map.points_max", f64::from(self.points_max), self.points_max >= 1000, "1000 or more")
+    }
+}
+
+impl MappingConfig {
+    fn validate(&self) -> Result<(), TrackingError> {
+        let delay = self.delay_frames;
+        check("mapping.delay_frames", f64::from(delay), (1..=30).contains(&delay), "1 to 30")?;
+        for (key, count) in [
+            ("mapping.window_keyframes", self.window_keyframes),
+            ("mapping.fixed_keyframes", self.fixed_keyframes),
+            ("mapping.adjustment_rounds", self.adjustment_rounds),
+            ("mapping.adjustment_steps", self.adjustment_steps),
+        ] {
+            check(key, f64::from(count), (1..=50).contains(&count), "1 to 50")?;
+        }
+        let radius = self.fusion_radius_px;
+        check("mapping.fusion_radius_px", f64::from(radius), radius > 0.0 && radius.is_finite(), "positive")?;
+        let parallax = self.parallax_min_deg;
+        check("mapping.parallax_min_deg", parallax, parallax > 0.0 && parallax < 90.0, "between 0 and 90")?;
+        check(
+            "mapping.redundant_share",
+            self.redundant_share,
+            self.redundant_share > 0.0,
+            "positive; above 1 turns it off",
+        )
     }
 }

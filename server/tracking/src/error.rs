@@ -43,6 +43,9 @@ pub enum TrackingError {
         /// What it was.
         value: f64,
     },
+    /// The mapping thread could not be started, or has died.
+    #[error("the mapping thread: {0}")]
+    MappingThread(String),
     /// A frame that is not newer than the one before.
     #[error("frame stamp {stamp_ns} ns is not after the last one, {last_ns} ns")]
     Stamp {

@@ -14,6 +14,7 @@ mod frame;
 pub mod local_mapping;
 pub mod map;
 pub mod matching;
+pub mod optimize;
 mod report;
 pub mod solve;
 mod tracker;
@@ -21,6 +22,7 @@ mod tracker;
 pub use config::TrackingConfig;
 pub use error::TrackingError;
 pub use frame::{FrameFeatures, StereoFrame};
+pub use local_mapping::MappingPace;
 pub use report::{
     FeatureMotion, KeyframeReason, Outcome, PoseSource, StereoDrift, TrackId, TrackedFeature, TrackingReport,
     TrackingStatistics,

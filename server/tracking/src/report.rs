@@ -106,6 +106,8 @@ pub struct TrackingStatistics {
     pub keyframes: usize,
     /// Points in the map.
     pub map_points: usize,
+    /// Keyframes so far that mapping did not look into, because newer ones came while it was busy.
+    pub keyframes_passed_over: u64,
 }
 
 /// Everything about one frame.

@@ -17,6 +17,8 @@ pub struct PosedFrame {
     pub camera_from_world: Pose,
     /// Its features.
     pub frame: Arc<FrameFeatures>,
+    /// Whether the camera was found not to have moved.
+    pub resting: bool,
     /// Map point of each feature that agrees with the pose.
     pub matches: Vec<Option<PointId>>,
 }
@@ -36,5 +38,7 @@ pub fn insert_keyframe(map: &mut Map, posed: &PosedFrame, rig: &StereoRig, confi
             map.add_point(position_in_world, seen);
         }
     }
+    map.set_resting(id, posed.resting);
+    map.adopt(id);
     id
 }

@@ -31,13 +31,25 @@ pub fn local_map(map: &Map, points: impl Iterator<Item = PointId>, keyframes_max
     LocalMap { reference: Some(reference), points }
 }
 
+/// Keyframes that share points with one, with how many; most first, of equals the newer.
+pub fn covisible(map: &Map, id: KeyframeId) -> Vec<(KeyframeId, u32)> {
+    let Some(keyframe) = map.keyframe(id) else { return Vec::new() };
+    let mut shared = shared_counts(map, keyframe.points().iter().flatten().copied());
+    shared.retain(|(_, other)| *other != id);
+    shared.into_iter().map(|(count, other)| (other, count)).collect()
+}
+
 /// Keyframes by the number of these points that they see; of equals the newer first.
 fn most_sharing(map: &Map, points: impl Iterator<Item = PointId>, keyframes_max: usize) -> Vec<KeyframeId> {
+    shared_counts(map, points).into_iter().take(keyframes_max).map(|(_, id)| id).collect()
+}
+
+fn shared_counts(map: &Map, points: impl Iterator<Item = PointId>) -> Vec<(u32, KeyframeId)> {
     let mut shared: BTreeMap<KeyframeId, u32> = BTreeMap::new();
     for seen in points.filter_map(|id| map.point(id)).flat_map(super::MapPoint::seen) {
         *shared.entry(seen.keyframe).or_default() += 1;
     }
     let mut order: Vec<(u32, KeyframeId)> = shared.into_iter().map(|(id, count)| (count, id)).collect();
     order.sort_unstable_by(|a, b| b.cmp(a));
-    order.into_iter().take(keyframes_max).map(|(_, id)| id).collect()
+    order
 }

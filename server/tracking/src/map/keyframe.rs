@@ -27,19 +27,28 @@ pub struct Keyframe {
     pub camera_from_world: Pose,
     /// Its features.
     pub frame: Arc<FrameFeatures>,
+    /// Whether the camera was found not to have moved, so that its pose is not to be adjusted.
+    pub resting: bool,
     /// Map point of each feature; only the map changes these.
     pub(super) points: Vec<Option<PointId>>,
+    /// The older keyframe that it hangs on in the spanning tree; only the map changes it.
+    pub(super) parent: Option<KeyframeId>,
 }
 
 impl Keyframe {
     pub(super) fn new(stamp_ns: u64, camera_from_world: Pose, frame: Arc<FrameFeatures>) -> Self {
         let points = vec![None; frame.len()];
-        Self { stamp_ns, camera_from_world, frame, points }
+        Self { stamp_ns, camera_from_world, frame, resting: false, points, parent: None }
     }
 
     /// Map point of each feature.
     pub fn points(&self) -> &[Option<PointId>] {
         &self.points
+    }
+
+    /// The older keyframe that it hangs on in the spanning tree; none for a root.
+    pub fn parent(&self) -> Option<KeyframeId> {
+        self.parent
     }
 
     /// Number of map points seen.

@@ -3,10 +3,13 @@
 //! [`Map`] alone changes links between points and keyframes, so both directions always agree.
 
 mod covisibility;
+mod excerpt;
 mod keyframe;
 mod map_point;
+mod spanning_tree;
 
-pub use covisibility::{LocalMap, local_map};
+pub use covisibility::{LocalMap, covisible, local_map};
+pub use excerpt::excerpt;
 pub use keyframe::{Keyframe, KeyframeId};
 pub use map_point::{MapPoint, PointId, Seen, trust_at_first};
 
@@ -68,6 +71,25 @@ impl Map {
         self.keyframes.get_mut(&id).map(|keyframe| &mut keyframe.camera_from_world)
     }
 
+    /// Notes whether the camera was found not to have moved at a keyframe.
+    pub fn set_resting(&mut self, id: KeyframeId, resting: bool) {
+        if let Some(keyframe) = self.keyframes.get_mut(&id) {
+            keyframe.resting = resting;
+        }
+    }
+
+    /// Moves all keyframes newer than one, and the points that they made, as a correction of the world asks:
+    /// `camera_from_world * correction`, `correction^-1 * point`.
+    pub fn move_newer_than(&mut self, id: KeyframeId, correction: &Pose) {
+        let after = (std::ops::Bound::Excluded(id), std::ops::Bound::Unbounded);
+        for (_, keyframe) in self.keyframes.range_mut(after) {
+            keyframe.camera_from_world *= correction;
+        }
+        for point in self.points.values_mut().filter(|point| point.created_in > id) {
+            point.position_in_world = correction.inverse_transform_point(&point.position_in_world);
+        }
+    }
+
     /// Adds a keyframe that sees no points yet.
     pub fn add_keyframe(
         &mut self,
@@ -109,6 +131,37 @@ impl Map {
         }
     }
 
+    /// Undoes [`Self::link`]; a point that nobody sees any more is removed.
+    pub fn unlink(&mut self, id: PointId, keyframe: KeyframeId) {
+        let Some(point) = self.points.get_mut(&id) else { return };
+        let Some(place) = point.seen.iter().position(|seen| seen.keyframe == keyframe) else { return };
+        let seen = point.seen.remove(place);
+        if let Some(keyframe) = self.keyframes.get_mut(&keyframe) {
+            keyframe.points[seen.feature] = None;
+        }
+        if self.points.get(&id).is_some_and(|point| point.seen.is_empty()) {
+            self.points.remove(&id);
+        }
+    }
+
+    /// Gives all sightings of `duplicate` to `kept`, except by keyframes that see both, and removes it.
+    pub fn merge_points(&mut self, kept: PointId, duplicate: PointId) {
+        if kept == duplicate || !self.points.contains_key(&kept) {
+            return;
+        }
+        let Some(seen) = self.points.get(&duplicate).map(|point| point.seen.clone()) else { return };
+        let (expected, found) = (self.points[&duplicate].expected, self.points[&duplicate].found);
+        self.remove_point(duplicate);
+        for sighting in seen {
+            self.link(kept, sighting);
+        }
+        if let Some(point) = self.points.get_mut(&kept) {
+            point.seen.sort_by_key(|seen| seen.keyframe);
+            point.expected = point.expected.saturating_add(expected);
+            point.found = point.found.saturating_add(found);
+        }
+    }
+
     /// Removes a point and all links to it.
     pub fn remove_point(&mut self, id: PointId) {
         let Some(point) = self.points.remove(&id) else { return };
@@ -122,6 +175,7 @@ impl Map {
     /// Removes a keyframe, all links to it, and the points that no other keyframe sees.
     pub fn remove_keyframe(&mut self, id: KeyframeId) {
         let Some(keyframe) = self.keyframes.remove(&id) else { return };
+        self.entrust_children(id, keyframe.parent);
         for point_id in keyframe.points.into_iter().flatten() {
             if let Some(point) = self.points.get_mut(&point_id) {
                 point.seen.retain(|seen| seen.keyframe != id);

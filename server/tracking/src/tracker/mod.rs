@@ -1,6 +1,7 @@
 //! The tracker: one frame in, one report out. All changes of state happen in [`Tracker::track`].
 
 mod keyframe_rule;
+mod mapping;
 mod motion_model;
 mod pose_search;
 
@@ -14,7 +15,7 @@ use crate::feature::Extractor;
 use crate::feature::extract::has_room_for_features;
 use crate::following::{Followed, Follower, FollowingContext};
 use crate::frame::{FrameFeatures, StereoFrame};
-use crate::local_mapping::{self, PosedFrame};
+use crate::local_mapping::{self, Mapper, MappingContext, MappingPace, PosedFrame};
 use crate::map::{KeyframeId, Map};
 use crate::report::{
     KeyframeReason, Outcome, PoseSource, StereoDrift, TrackedFeature, TrackingReport, TrackingStatistics,
@@ -34,6 +35,11 @@ pub struct Tracker {
     scales: Vec<f32>,
     map: Map,
     state: State,
+    mapper: Mapper,
+    /// The newest keyframe that mapping has not begun with.
+    unmapped: Option<KeyframeId>,
+    keyframes_passed_over: u64,
+    frame_number: u64,
     last_stamp_ns: Option<u64>,
     drift: StereoDrift,
     follower: Follower,
@@ -57,17 +63,31 @@ struct Track {
 }
 
 impl Tracker {
-    /// A tracker without a map.
+    /// A tracker without a map, for replays: the same frames give the same poses.
     ///
     /// # Errors
     /// [`TrackingError::Config`] for values out of range, [`TrackingError::Rig`] and [`TrackingError::RigSize`] for rigs
-    /// that nothing can be measured with.
+    /// that nothing can be measured with, [`TrackingError::MappingThread`] where no thread is to be had.
     pub fn new(config: &TrackingConfig, rig: &StereoRig) -> Result<Self, TrackingError> {
+        Self::with_pace(config, rig, MappingPace::Lockstep)
+    }
+
+    /// A tracker without a map that takes the results of mapping at a pace: for live video, which must not wait for them.
+    ///
+    /// # Errors
+    /// As [`Tracker::new`].
+    pub fn with_pace(
+        config: &TrackingConfig,
+        rig: &StereoRig,
+        pace: MappingPace,
+    ) -> Result<Self, TrackingError> {
         config.validate()?;
         check_rig(rig, config)?;
         let extractor = Extractor::new(&config.features);
         let scales = extractor.scales();
         let (map, state) = (Map::default(), State::NotInitialized);
+        let context = MappingContext { rig: *rig, scales: scales.clone(), config: config.clone() };
+        let mapper = Mapper::start(context, pace)?;
         Ok(Self {
             config: config.clone(),
             rig: *rig,
@@ -75,6 +95,10 @@ impl Tracker {
             scales,
             map,
             state,
+            mapper,
+            unmapped: None,
+            keyframes_passed_over: 0,
+            frame_number: 0,
             last_stamp_ns: None,
             drift: StereoDrift::default(),
             follower: Follower::default(),
@@ -89,17 +113,20 @@ impl Tracker {
     /// Tracks a frame, newer than all before.
     ///
     /// # Errors
-    /// [`TrackingError::ImageSize`] and [`TrackingError::Stamp`]; the tracker is as before then.
+    /// [`TrackingError::ImageSize`] and [`TrackingError::Stamp`]; the tracker is as before then. [`TrackingError::MappingThread`]
+    /// where mapping has died.
     pub fn track(&mut self, frame: &StereoFrame) -> Result<TrackingReport, TrackingError> {
         frame.check_size(&self.rig)?;
         let stamp_ns = frame.stamp_ns;
         if let Some(last_ns) = self.last_stamp_ns.filter(|&last_ns| stamp_ns <= last_ns) {
             return Err(TrackingError::Stamp { stamp_ns, last_ns });
         }
+        self.frame_number += 1;
         let elapsed_ns = self.last_stamp_ns.replace(stamp_ns).map_or(0, |last_ns| stamp_ns - last_ns);
         let features = FrameFeatures::extract(frame, &self.rig, &self.extractor, &self.config);
         let features = Arc::new(features.without_drift(&self.rig, self.drift.disparity_px));
         let frame = Frame { stamp_ns, features: &features };
+        self.take_mapping()?;
 
         let before = std::mem::replace(&mut self.state, State::NotInitialized);
         let starting = matches!(before, State::NotInitialized);
@@ -130,6 +157,8 @@ impl Tracker {
         let (pose, following) = (&self.config.pose, &self.config.following);
         let context = FollowingContext { rig: &self.rig, scales: &self.scales, pose, following };
         self.follower.follow(last, &context)
+        self.give_mapping()?;
+        Ok(self.report(&features, &verdict))
     }
 
     /// The first frame with enough stereo points is the world.
@@ -140,6 +169,7 @@ impl Tracker {
                 stamp_ns: frame.stamp_ns,
                 camera_from_world: Pose::identity(),
                 frame: Arc::clone(frame.features),
+                resting: false,
                 matches: vec![None; frame.features.len()],
             },
             source: PoseSource::FirstFrame,
@@ -272,6 +302,7 @@ impl Tracker {
         let configs = (&self.config.pose, &self.config.map);
         local_mapping::refine_points(&mut self.map, id, &self.rig, &self.scales, configs);
         local_mapping::cull(&mut self.map, id, &self.config.map);
+        self.queue_mapping(id);
         if let Some(keyframe) = self.map.keyframe(id) {
             posed.matches = keyframe.points().to_vec();
         }
@@ -304,6 +335,7 @@ impl Tracker {
                 inliers: verdict.inliers,
                 keyframes: self.map.keyframe_count(),
                 map_points: self.map.point_count(),
+                keyframes_passed_over: self.keyframes_passed_over,
             },
             keyframe: verdict.keyframe,
             drift: self.drift,

@@ -159,6 +159,7 @@ impl PoseSearch<'_> {
             stamp_ns: frame.stamp_ns,
             camera_from_world,
             frame: Arc::clone(frame.features),
+            resting: resting.is_some(),
             matches: matched.inliers_by_feature(&estimate.inliers, frame.features.len()),
         };
         let misfits = matched.misfits(self.rig, &camera_from_world);

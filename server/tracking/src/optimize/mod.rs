@@ -1,0 +1,4 @@
+//! Least squares over many unknowns at once: bundle adjustment and pose graphs.
+
+pub mod bundle;
+mod cholesky;
