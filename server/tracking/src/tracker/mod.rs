@@ -147,6 +147,7 @@ impl Tracker {
             (None, State::Lost { since_ns, attempts }) => lost(since_ns, attempts + 1),
         };
         self.state = state;
+        self.give_mapping()?;
         let followed = self.follow_features();
         Ok(self.report(&features, &verdict, &followed))
     }
@@ -157,8 +158,6 @@ impl Tracker {
         let (pose, following) = (&self.config.pose, &self.config.following);
         let context = FollowingContext { rig: &self.rig, scales: &self.scales, pose, following };
         self.follower.follow(last, &context)
-        self.give_mapping()?;
-        Ok(self.report(&features, &verdict))
     }
 
     /// The first frame with enough stereo points is the world.
