@@ -45,10 +45,19 @@ async function clickModel(x: number, y: number): Promise<void> {
   await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
 }
 
+/** Clicks on the model until that has an effect: while the view still glides, a click may miss it. */
+async function touchModel(x: number, y: number, effect: () => Promise<boolean>): Promise<void> {
+  const endMs = Date.now() + TIMEOUT_MS;
+  do {
+    await clickModel(x, y);
+    await page.waitForTimeout(500);
+  } while (!(await effect()) && Date.now() < endMs);
+}
+
 test('two clicks measure a distance, which is listed, drawn and removed', async () => {
   await page.getByRole('button', { name: 'Measure' }).click();
-  await clickModel(0.4, 0.5);
-  await clickModel(0.6, 0.5);
+  await touchModel(0.45, 0.5, async () => (await page.locator('.mark-dot').count()) > 0);
+  await touchModel(0.6, 0.5, () => page.evaluate('misSlam.measuredMm.length > 0'));
   const status = await until('misSlam.measuredMm.length === 1');
   const [distanceMm = 0] = status.measuredMm;
   assert.ok(distanceMm > 5 && distanceMm < 80, `${distanceMm} mm`);
@@ -73,6 +82,7 @@ test('a drag with the measuring tool turns the view and measures nothing', async
 test('places are taken by keyboard at the middle of the view, and Escape puts the tool down', async () => {
   await page.keyboard.press('m');
   await page.locator('.stage canvas').focus();
+  await until('misSlam.framesDrawn > 40');
   await page.keyboard.press('Enter');
   await page.locator('.mark-dot').waitFor();
   await page.keyboard.press('Escape');
@@ -114,8 +124,7 @@ test('what is cut away is neither seen nor touched', async () => {
   await clickModel(0.5, 0.5);
   assert.equal(await page.locator('.mark-dot').count(), 0);
   await page.getByLabel('Cut away').selectOption('none');
-  await clickModel(0.5, 0.5);
-  await page.locator('.mark-dot').waitFor();
+  await touchModel(0.5, 0.5, async () => (await page.locator('.mark-dot').count()) > 0);
 });
 
 test('a model that is too old is hidden, which is said, and shown again', async () => {

@@ -1,7 +1,16 @@
 import type { Camera, Scene } from 'three';
-import { BufferAttribute, BufferGeometry, Group, Line, LineBasicMaterial } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Group,
+  Line,
+  LineBasicMaterial,
+  Sprite,
+  SpriteMaterial,
+} from 'three';
 import { CSS2DObject, CSS2DRenderer } from 'three/examples/jsm/renderers/CSS2DRenderer.js';
 import { element, setText } from '../ui/dom';
+import { textTexture } from '../xr/text_plate';
 import type { Point } from './picking';
 
 /** Something drawn on the model: a line over the surface (or none), dots, and a label at one of them. */
@@ -15,6 +24,8 @@ export interface Mark {
   readonly dimmed: boolean;
 }
 
+/** Height of a label that stands in space, in life size. */
+const PLATE_HEIGHT_M = 0.006;
 const LINE_COLORS = { measurement: 0xffd76a, annotation: 0x8fd3ff, pending: 0xffffff } as const;
 
 /** The marks on the model: lines in the 3-D view, dots and labels as elements over it. */
@@ -24,9 +35,16 @@ export class Marks {
   readonly overlay: HTMLElement;
   private readonly labels = new CSS2DRenderer({ element: element('div', { class: 'marks' }) });
   private drawn: DrawnMark[] = [];
+  private spatial = false;
 
   constructor() {
     this.overlay = this.labels.domElement;
+  }
+
+  /** Whether labels stand in space, as a headset needs it, where no elements can be laid over the picture. */
+  set inSpace(spatial: boolean) {
+    this.spatial = spatial;
+    for (const mark of this.drawn) mark.inSpace = spatial;
   }
 
   show(marks: readonly Mark[]): void {
@@ -35,6 +53,7 @@ export class Marks {
     marks.forEach((mark, i) => {
       this.drawn[i]?.show(mark);
     });
+    this.inSpace = this.spatial;
   }
 
   resize(width: number, height: number): void {
@@ -57,13 +76,18 @@ class DrawnMark {
   private readonly line = new Line(new BufferGeometry(), this.material);
   private readonly text = element('span', { class: 'mark-text' });
   private readonly label = new CSS2DObject(element('div', { class: 'mark-label' }, this.text));
+  private readonly plate = new Sprite(new SpriteMaterial({ depthTest: false }));
+  private plateText = '';
   private dots: CSS2DObject[] = [];
 
   constructor(private readonly group: Group) {
     this.line.renderOrder = 1;
     this.line.frustumCulled = false;
     this.label.center.set(0.5, 1.4);
-    group.add(this.line, this.label);
+    this.plate.center.set(0.5, -0.4);
+    this.plate.renderOrder = 2;
+    this.plate.visible = false;
+    group.add(this.line, this.label, this.plate);
   }
 
   show({ line, dots, labelAt, text, kind, dimmed }: Mark): void {
@@ -76,11 +100,26 @@ class DrawnMark {
     this.label.visible = text !== '';
     this.label.element.className = `mark-label ${kind}${dimmed ? ' dimmed' : ''}`;
     this.label.position.set(...labelAt);
+    this.plate.position.set(...labelAt);
+  }
+
+  set inSpace(spatial: boolean) {
+    const text = this.text.textContent ?? '';
+    this.plate.visible = spatial && text !== '';
+    if (!this.plate.visible || text === this.plateText) return;
+    const { texture, aspect } = textTexture(text, '#ffd76a', '#0b1014');
+    this.plate.material.map?.dispose();
+    this.plate.material.map = texture;
+    this.plate.material.needsUpdate = true;
+    this.plate.scale.set(aspect * PLATE_HEIGHT_M, PLATE_HEIGHT_M, 1);
+    this.plateText = text;
   }
 
   remove(): void {
     this.placeDots([], 'pending');
-    this.group.remove(this.line, this.label);
+    this.group.remove(this.line, this.label, this.plate);
+    this.plate.material.map?.dispose();
+    this.plate.material.dispose();
     this.line.geometry.dispose();
     this.material.dispose();
   }

@@ -4,6 +4,7 @@ import {
   LinearSRGBColorSpace,
   Matrix4,
   Raycaster,
+  type Ray as RayInWorld,
   Scene,
   Vector2,
   Vector3,
@@ -12,6 +13,7 @@ import {
 import type { Camera } from '../generated/mis_slam/v1/calibration_pb';
 import type { RigidTransform } from '../generated/mis_slam/v1/geometry_pb';
 import type { SurfelStore } from '../model/surfel_store';
+import { Headset, type HeadsetEvents, type HeadsetMode } from '../xr/headset';
 import { type Bounds, boundsWithScope, modelBounds, outgrows } from './bounds';
 import { type ClipDirection, clipNormal, clipPlane, lineOfSight } from './clipping';
 import { type Coloring, type Scale, scaleOf, type ValueRange } from './coloring';
@@ -31,6 +33,9 @@ const MAX_PIXEL_RATIO = 2;
 const FADE_TIME_S = 0.15;
 const REFIT_INTERVAL_MS = 500;
 const FRUSTUM_SHARE = 0.35;
+
+/** World has y down and z forward (design: conventions); three.js has y up and looks along -z. */
+const VIEW_FROM_WORLD = new Matrix4().makeRotationX(Math.PI);
 
 /** What the colours shown mean. */
 export interface Legend {
@@ -52,7 +57,7 @@ export class Stage {
   private readonly marks = new Marks();
   private readonly world = new Group();
   private readonly resizing: ResizeObserver;
-  private animation = 0;
+  private headset: Headset | undefined;
   private lastFrameMs = performance.now();
   private lastRefitMs = Number.NEGATIVE_INFINITY;
   private fitted: Bounds | undefined;
@@ -73,14 +78,14 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.cloud = new SurfelCloud(store);
-    // World has y down and z forward (design: conventions); three.js has y up and looks along -z.
-    this.world.rotation.x = Math.PI;
+    this.world.matrixAutoUpdate = false;
+    this.world.matrix.copy(VIEW_FROM_WORLD);
     this.world.add(this.cloud.mesh, this.frustum.group, this.trajectory.line, this.marks.group);
     this.scene.add(this.world);
     this.view = new ViewControl(canvas, this.frustum.group);
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas);
-    this.animation = requestAnimationFrame(this.frame);
+    this.renderer.setAnimationLoop(this.frame);
   }
 
   /** Images drawn since the start. */
@@ -149,21 +154,37 @@ export class Stage {
     this.placeClipPlane();
   }
 
+  /** Shows the model in a headset until it is taken off; what hands do there is told to `events`. */
+  async enterHeadset(mode: HeadsetMode, events: HeadsetEvents): Promise<Headset> {
+    const { renderer, scene, world } = this;
+    const centre = () => new Vector3(...(modelBounds(this.store)?.centre ?? [0, 0, 0.1]));
+    const ended = () => {
+      this.headset = undefined;
+      this.marks.inSpace = false;
+      world.matrix.copy(VIEW_FROM_WORLD);
+      world.matrixWorldNeedsUpdate = true;
+      this.resize();
+      events.ended();
+    };
+    this.headset = await Headset.enter(mode, { renderer, scene, world, centre }, { ...events, ended });
+    this.marks.inSpace = true;
+    return this.headset;
+  }
+
+  /** The surfel that a ray in world coordinates meets first, or undefined where it meets none. */
+  pickAlong({ origin, direction }: RayInWorld): number | undefined {
+    const ray = { origin: origin.toArray(), direction: direction.clone().normalize().toArray() };
+    const slot = pickSurfel(this.store, ray, this.clip?.plane);
+    return slot === undefined ? undefined : this.store.id(slot);
+  }
+
   /** The surfel shown at a place of the window, or undefined where there is none. */
   pick(clientX: number, clientY: number): number | undefined {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const place = new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
     const caster = new Raycaster();
     caster.setFromCamera(place, this.view.camera);
-    const { origin, direction } = caster.ray.applyMatrix4(
-      new Matrix4().copy(this.world.matrixWorld).invert(),
-    );
-    const slot = pickSurfel(
-      this.store,
-      { origin: origin.toArray(), direction: direction.toArray() },
-      this.clip?.plane,
-    );
-    return slot === undefined ? undefined : this.store.id(slot);
+    return this.pickAlong(caster.ray.applyMatrix4(this.world.matrixWorld.clone().invert()));
   }
 
   showMarks(marks: readonly Mark[]): void {
@@ -217,7 +238,8 @@ export class Stage {
   }
 
   dispose(): void {
-    cancelAnimationFrame(this.animation);
+    void this.headset?.leave();
+    this.renderer.setAnimationLoop(null);
     this.resizing.disconnect();
     this.view.dispose();
     this.cloud.dispose();
@@ -228,10 +250,13 @@ export class Stage {
   }
 
   private readonly frame = (nowMs: number): void => {
-    this.animation = requestAnimationFrame(this.frame);
     const seconds = Math.min(Math.max((nowMs - this.lastFrameMs) / 1000, 0), 0.1);
     this.lastFrameMs = nowMs;
     const uploaded = this.cloud.upload();
+    if (this.headset !== undefined) {
+      this.drawHeadset(seconds);
+      return;
+    }
     this.followModel(nowMs);
     const moved = this.view.update(seconds);
     const faded = this.advanceFade(seconds);
@@ -241,6 +266,14 @@ export class Stage {
     this.marks.render(this.scene, this.view.camera);
     this.frames += 1;
   };
+
+  /** A headset wants every image, whether anything changed or not. */
+  private drawHeadset(seconds: number): void {
+    if (this.legend !== undefined) this.adjustRange();
+    this.advanceFade(seconds);
+    this.headset?.draw();
+    this.frames += 1;
+  }
 
   /** Fits what follows from the whole model to it, now and then: it grows and moves. */
   private followModel(nowMs: number): void {
@@ -290,6 +323,7 @@ export class Stage {
   }
 
   private resize(): void {
+    if (this.headset !== undefined) return;
     const { clientWidth, clientHeight } = this.canvas;
     if (clientWidth === 0 || clientHeight === 0) return;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));

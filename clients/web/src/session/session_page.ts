@@ -10,8 +10,10 @@ import { SessionFeed } from '../stream/session_feed';
 import { element, setData, setText } from '../ui/dom';
 import type { Page } from '../ui/page';
 import { age, ageTone, viewedStatusWording } from '../ui/wording';
+import type { Headset, HeadsetMode } from '../xr/headset';
 import { Banner, messageFor } from './banner';
 import { DisplayOptions } from './display_options';
+import { HeadsetButtons } from './headset_buttons';
 import { MeasurementList } from './measurement_list';
 import { savePicture, toggleFullScreen } from './picture';
 import { Plots } from './plots';
@@ -51,6 +53,7 @@ export class SessionPage implements Page {
   private readonly refreshing: number;
   private posesReceived = 0;
   private unknownSession = false;
+  private headset: Headset | undefined;
   private cameraKnown = false;
 
   constructor(private readonly session: string) {
@@ -145,6 +148,7 @@ export class SessionPage implements Page {
         element('p', { class: 'notice' }, 'This browser offers no WebGL 2: the model cannot be drawn.'),
       );
     } else model.append(this.stage.overlay);
+    this.toolbar.root.append(new HeadsetButtons((mode) => void this.wear(mode), recordError).root);
     model.append(this.toolbar.root);
     const image = element('section', { class: 'card', 'aria-label': 'Scope' }, this.preview.root);
     const { measurements, options, panel, plots } = this;
@@ -152,6 +156,27 @@ export class SessionPage implements Page {
       model,
       element('aside', {}, image, measurements.root, options.root, panel.root, plots.root),
     );
+  }
+
+  /** Shows the model in a headset. Hands that point measure; the page goes on showing the figures. */
+  private async wear(mode: HeadsetMode): Promise<void> {
+    const { stage } = this;
+    if (stage === undefined || this.headset !== undefined) return;
+    try {
+      this.headset = await stage.enterHeadset(mode, {
+        point: (ray) => {
+          const surfel = stage.pickAlong(ray);
+          if (surfel !== undefined) this.tools?.measureTo(surfel);
+        },
+        placed: () => {},
+        aligned: () => {},
+        ended: () => {
+          this.headset = undefined;
+        },
+      });
+    } catch (error) {
+      recordError(error);
+    }
   }
 
   private showMeasurements(): void {
@@ -201,6 +226,7 @@ export class SessionPage implements Page {
       previews: this.preview.imagesShown,
       framesDrawn: this.stage?.framesDrawn ?? 0,
       resyncs: feed.resyncs,
+      headset: this.headset?.placement?.elements ?? null,
     };
   }
 

@@ -124,7 +124,8 @@ export class Tools {
     this.measureTo(surfel);
   }
 
-  private measureTo(surfel: number): void {
+  /** Takes a surfel as the next end of a measurement. */
+  measureTo(surfel: number): void {
     if (this.pending === undefined) this.pending = new Anchor(this.store, surfel);
     else if (surfel !== this.pending.surfelId) {
       this.measurements.push(new Measurement(this.store, this.pending.surfelId, surfel));

@@ -1,0 +1,153 @@
+/** The model in an emulated headset (iwer), against the fake server. */
+import assert from 'node:assert/strict';
+import { after, afterEach, before, beforeEach, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { Matrix4, Quaternion, Vector3 } from 'three';
+import type { PageStatus } from '../src/page_status';
+import { launchChromium } from './chromium.mjs';
+import { FakeServer } from './fake_server';
+
+const TIMEOUT_MS = 60_000;
+/** Makes a Quest 3 of the browser; its controllers are moved through `window.xrDevice`. */
+const EMULATION = `
+  window.xrDevice = new IWER.XRDevice(IWER.metaQuest3);
+  window.xrDevice.installRuntime({ forceInstall: true });
+  window.xrDevice.position.set(0, 1.6, 0);
+`;
+
+let browser: Browser;
+let server: FakeServer;
+let page: Page;
+let errors: string[];
+
+before(async () => {
+  browser = await launchChromium();
+  server = await FakeServer.start({ surfels: 2500, epochsPerS: 2 });
+});
+after(async () => {
+  await browser.close();
+  await server.stop();
+});
+
+beforeEach(async () => {
+  errors = [];
+  page = await browser.newPage({ viewport: { width: 900, height: 700 } });
+  page.setDefaultTimeout(TIMEOUT_MS);
+  page.on('pageerror', (error) => errors.push(String(error)));
+  await page.addInitScript({ path: 'node_modules/iwer/build/iwer.min.js' });
+  await page.addInitScript(EMULATION);
+  await page.goto(`${server.url}/#/sessions/${server.session.id}`);
+  await until('misSlam.following && misSlam.framesDrawn > 5');
+});
+afterEach(async () => {
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+async function until(expression: string): Promise<PageStatus> {
+  const endMs = Date.now() + TIMEOUT_MS;
+  while (Date.now() < endMs) {
+    if (await page.evaluate(expression)) return page.evaluate('misSlam');
+    await page.waitForTimeout(50);
+  }
+  throw new Error(`${expression} did not come true; ${JSON.stringify(await page.evaluate('misSlam'))}`);
+}
+
+type Place = [number, number, number];
+
+/** Where the model's world origin is in the room. */
+function place({ headset }: PageStatus): Place {
+  const [x, y, z] = (headset ?? assert.fail('no headset')).slice(12, 15);
+  return [x ?? Number.NaN, y ?? Number.NaN, z ?? Number.NaN];
+}
+
+async function moveHand(hand: 'left' | 'right', x: number, y: number, z: number): Promise<void> {
+  await page.evaluate(`xrDevice.controllers.${hand}.position.set(${x}, ${y}, ${z})`);
+  await drawn();
+}
+
+async function press(hand: 'left' | 'right', button: 'trigger' | 'squeeze', value: 0 | 1): Promise<void> {
+  await page.evaluate(`xrDevice.controllers.${hand}.updateButtonValue('${button}', ${value})`);
+  await drawn();
+}
+
+/** Waits until the headset has drawn what was just changed. */
+async function drawn(): Promise<void> {
+  const { framesDrawn } = (await page.evaluate('misSlam')) as PageStatus;
+  await until(`misSlam.framesDrawn > ${framesDrawn + 2}`);
+}
+
+for (const [label, blending] of [
+  ['VR', 'opaque'],
+  ['AR', 'alpha-blend'],
+] as const) {
+  test(`${label} shows the model in life size before the eyes, and gives the page back`, async () => {
+    await page.getByRole('button', { name: label, exact: true }).click();
+    const status = await until('misSlam.headset !== null');
+    assert.equal(await page.evaluate('xrDevice.activeSession.environmentBlendMode'), blending);
+    const column = (status.headset ?? []).slice(0, 3);
+    assert.ok(Math.abs(Math.hypot(...column) - 1) < 1e-6, `scale of ${column}`);
+    const [x, y, z] = place(status);
+    assert.ok(Math.abs(x) < 0.1 && y > 1.2 && y < 1.6 && z < -0.3 && z > -0.7, `${[x, y, z]}`);
+    await page.evaluate('xrDevice.activeSession.end()');
+    const { framesDrawn } = await until('misSlam.headset === null');
+    await until(`misSlam.framesDrawn > ${framesDrawn}`);
+  });
+}
+
+test('a hand that grabs the model carries it', async () => {
+  await page.getByRole('button', { name: 'VR', exact: true }).click();
+  const before = place(await until('misSlam.headset !== null'));
+  await moveHand('right', 0.2, 1.2, -0.3);
+  await press('right', 'squeeze', 1);
+  await moveHand('right', 0.3, 1.3, -0.3);
+  await press('right', 'squeeze', 0);
+  const after = place((await page.evaluate('misSlam')) as PageStatus);
+  const moved = after.map((value, axis) => value - (before[axis] ?? 0));
+  assert.ok(Math.hypot((moved[0] ?? 0) - 0.1, (moved[1] ?? 0) - 0.1, moved[2] ?? 0) < 5e-3, `${moved}`);
+});
+
+/** Turns a hand so that its ray goes from where it is to a place. */
+async function aim(hand: 'left' | 'right', from: Place, at: Place): Promise<void> {
+  await moveHand(hand, ...from);
+  const direction = new Vector3(...at).sub(new Vector3(...from)).normalize();
+  const { x, y, z, w } = new Quaternion().setFromUnitVectors(new Vector3(0, 0, -1), direction);
+  await page.evaluate(`xrDevice.controllers.${hand}.quaternion.set(${x}, ${y}, ${z}, ${w})`);
+  await drawn();
+}
+
+async function click(hand: 'left' | 'right'): Promise<void> {
+  await press(hand, 'trigger', 1);
+  await press(hand, 'trigger', 0);
+}
+
+test('a tool is chosen on the wrist and measures where the other hand points', async () => {
+  await page.getByRole('button', { name: 'VR', exact: true }).click();
+  const { headset } = await until('misSlam.headset !== null');
+  await moveHand('left', -0.25, 1.3, -0.35);
+  // The second plate of the menu, which is tilted over the left hand.
+  await aim('right', [0.2, 1.4, -0.1], [-0.25, 1.3 + 0.078 * Math.cos(0.6), -0.35 - 0.078 * Math.sin(0.6)]);
+  await click('right');
+  const roomFromWorld = new Matrix4().fromArray([...(headset ?? [])]);
+  for (const x of [-0.015, 0.02]) {
+    const target = new Vector3(x, 0.002, 0.088).applyMatrix4(roomFromWorld);
+    await aim('right', [0.2, 1.4, -0.1], target.toArray());
+    await click('right');
+  }
+  const { measuredMm } = await until('misSlam.measuredMm.length === 1');
+  assert.ok(Math.abs((measuredMm[0] ?? 0) - 35) < 4, `${measuredMm} mm`);
+});
+
+test('two hands drawn apart make the model larger', async () => {
+  await page.getByRole('button', { name: 'VR', exact: true }).click();
+  await until('misSlam.headset !== null');
+  await moveHand('left', -0.1, 1.2, -0.3);
+  await moveHand('right', 0.1, 1.2, -0.3);
+  await press('left', 'squeeze', 1);
+  await press('right', 'squeeze', 1);
+  await moveHand('right', 0.3, 1.2, -0.3);
+  await press('right', 'squeeze', 0);
+  await press('left', 'squeeze', 0);
+  const { headset } = (await page.evaluate('misSlam')) as PageStatus;
+  assert.ok(Math.abs(Math.hypot(...(headset ?? []).slice(0, 3)) - 2) < 0.02);
+});
