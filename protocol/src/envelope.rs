@@ -3,12 +3,18 @@
 use prost::Message;
 use prost::bytes::Bytes;
 
+use crate::compression::{compressed_where_it_pays, decompressed};
 use crate::v1::{FromServer, Reason, Refusal, ToServer, from_server, to_server};
 use crate::{ProtocolError, SessionId};
 
 /// Encodes what the server says; the bytes are shared by all who are told.
 pub fn from_server(body: from_server::Body) -> Bytes {
     FromServer { body: Some(body) }.encode_to_vec().into()
+}
+
+/// As [`from_server`], compressed where that pays: for the model lane.
+pub fn from_server_compressed(body: from_server::Body) -> Bytes {
+    compressed_where_it_pays(FromServer { body: Some(body) }.encode_to_vec())
 }
 
 /// Encodes what a cart or viewer says; `source` names a cart where no connection does.
@@ -28,12 +34,17 @@ pub fn decode_to_server(bytes: Bytes, limit_bytes: usize) -> Result<ToServer, Pr
     ToServer::decode(bytes).map_err(|source| ProtocolError::Malformed { message: "ToServer", source })
 }
 
-/// Decodes what the server said.
+/// Decodes what the server said; a compressed message becomes the one within.
 ///
 /// # Errors
-/// [`ProtocolError::Malformed`].
+/// [`ProtocolError::Malformed`], [`ProtocolError::Compressed`], [`ProtocolError::Oversized`].
 pub fn decode_from_server(bytes: Bytes) -> Result<FromServer, ProtocolError> {
-    FromServer::decode(bytes).map_err(|source| ProtocolError::Malformed { message: "FromServer", source })
+    let message =
+        FromServer::decode(bytes).map_err(|source| ProtocolError::Malformed { message: "FromServer", source })?;
+    match &message.body {
+        Some(from_server::Body::Compressed(compressed)) => decompressed(compressed),
+        _ => Ok(message),
+    }
 }
 
 /// A refusal of a whole stream, or of the pair with this sequence number.

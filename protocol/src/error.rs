@@ -55,13 +55,37 @@ pub enum ProtocolError {
         /// The one before.
         previous: u32,
     },
-    /// More surfels than one message may hold.
-    #[error("{surfels} surfels in one message; the limit is {limit}")]
-    TooManySurfels {
-        /// Surfels got.
-        surfels: usize,
-        /// Surfels allowed.
+    /// A number that is cut short or longer than 32 bits.
+    #[error("{field}: number {index} is no LEB128 of at most 32 bits")]
+    Varint {
+        /// Name of the array.
+        field: &'static str,
+        /// Place in the array.
+        index: usize,
+    },
+    /// Gaps that add up to more than 32 bits.
+    #[error("{field}: an id is over 32 bits")]
+    IdOverflow {
+        /// Name of the array.
+        field: &'static str,
+    },
+    /// More elements than one message may hold.
+    #[error("{field} has {got} elements; the limit is {limit}")]
+    TooMany {
+        /// Name of the array.
+        field: &'static str,
+        /// Elements got.
+        got: usize,
+        /// Elements allowed.
         limit: usize,
+    },
+    /// A compressed message that does not decompress to what it says.
+    #[error("a compressed message of {size_bytes} bytes: {reason}")]
+    Compressed {
+        /// Bytes that it says it holds.
+        size_bytes: u32,
+        /// What is wrong.
+        reason: String,
     },
     /// A value that has no packed form.
     #[error("surfel {id}: {field} is {value}")]
@@ -89,16 +113,20 @@ pub enum ProtocolError {
         /// Base of the epoch got.
         base: u32,
     },
-    /// A surfel to be updated or removed that the model does not hold.
-    #[error("surfel {id} is to be changed but not held")]
+    /// A surfel or node to be changed or removed that the model does not hold.
+    #[error("{what} {id} is to be changed but not held")]
     NotHeld {
-        /// The surfel.
+        /// Surfel or node.
+        what: &'static str,
+        /// Its id.
         id: u32,
     },
-    /// A surfel to be added that the model holds already.
-    #[error("surfel {id} is to be added but held already")]
+    /// A surfel or node to be added that the model holds already.
+    #[error("{what} {id} is to be added but held already")]
     AlreadyHeld {
-        /// The surfel.
+        /// Surfel or node.
+        what: &'static str,
+        /// Its id.
         id: u32,
     },
     /// The model is not the server's.
@@ -111,12 +139,12 @@ pub enum ProtocolError {
         /// Digest of the server's.
         expected: u32,
     },
-    /// A snapshot chunk that does not follow the last one.
-    #[error("snapshot chunk {got} instead of {expected}")]
-    MissingChunk {
-        /// Index that should come.
-        expected: u32,
+    /// A snapshot chunk whose index is beyond the count, or whose count differs from that of its snapshot.
+    #[error("snapshot chunk {index} of {count}")]
+    ChunkIndex {
         /// Index got.
-        got: u32,
+        index: u32,
+        /// Chunks that there are.
+        count: u32,
     },
 }

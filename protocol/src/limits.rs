@@ -11,7 +11,13 @@ pub const MAX_SESSION_ID_CHARS: usize = 64;
 /// Surfels in one packed block; keeps a decoder's allocation under 64 MiB.
 pub const MAX_SURFELS_PER_MESSAGE: usize = 1 << 20;
 
-/// Surfels in one snapshot chunk: with ids and versions 60,000 bytes, so that a chunk fits one zenoh batch of 64 KiB.
+/// Deformation nodes in a model.
+pub const MAX_NODES: usize = 1 << 16;
+
+/// Bytes of a message from the server once it is decompressed.
+pub const MAX_MESSAGE_BYTES: usize = 64 << 20;
+
+/// Surfels in one snapshot chunk: under 60,000 bytes with ids and versions, so that it fits one zenoh batch of 64 KiB.
 pub const SNAPSHOT_CHUNK_SURFELS: usize = 2500;
 
 /// Time in which a peer must say hello.

@@ -1,23 +1,22 @@
-//! The model as every viewer holds it: packed surfels by id, brought forward by epochs.
+//! The server's account of what every viewer holds: versions and nodes exactly, shapes as far as it was told.
 //!
-//! The server keeps one to seed late joiners; a viewer keeps one to check that it holds the same.
-//! Both go through the same code, so what a snapshot holds is what the epochs before it built.
+//! A warp moves all surfels at the viewers, but not here: the account's shapes are then outdated until
+//! [`PackedModel::refresh`] brings those that the GPU holds. A model that does not deform never needs that.
 
-use crate::digest::Digest;
-use crate::limits::SNAPSHOT_CHUNK_SURFELS;
-use crate::packed::{pack_ids, unpack_ids, unpack_records, unpack_versions};
-use crate::v1::{ModelEpoch, PackedSurfels, SnapshotChunk};
-use crate::{ProtocolError, RECORD_BYTES, SurfelRecord, WireSurfel};
+use crate::epoch::EpochChanges;
+use crate::table::SurfelTable;
+use crate::v1::ModelEpoch;
+use crate::{Digest, NodeTable, ProtocolError, SurfelRecord, WireSurfel, pack_ids};
 
-/// Surfels sorted by id, with the epoch in which each last changed.
+/// Packed surfels by id, and the node graph.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct PackedModel {
     epoch: u32,
     stamp_ns: u64,
-    ids: Vec<u32>,
-    versions: Vec<u32>,
-    records: Vec<SurfelRecord>,
-    digest: Digest,
+    surfels: SurfelTable<SurfelRecord>,
+    nodes: NodeTable,
+    node_reach_m: f32,
+    outdated: bool,
 }
 
 impl PackedModel {
@@ -26,219 +25,101 @@ impl PackedModel {
         self.epoch
     }
 
-    /// Surfels held.
-    pub fn len(&self) -> usize {
-        self.ids.len()
+    /// Stamp of the newest pair in it.
+    pub fn stamp_ns(&self) -> u64 {
+        self.stamp_ns
     }
 
-    /// Whether it holds none.
-    pub fn is_empty(&self) -> bool {
-        self.ids.is_empty()
+    /// Ids, versions and records.
+    pub fn surfels(&self) -> &SurfelTable<SurfelRecord> {
+        &self.surfels
     }
 
-    /// Digest over ids and versions.
+    /// The node graph.
+    pub fn nodes(&self) -> &NodeTable {
+        &self.nodes
+    }
+
+    /// Reach of a node.
+    pub fn node_reach_m(&self) -> f32 {
+        self.node_reach_m
+    }
+
+    /// Digest over surfels and nodes.
     pub fn digest(&self) -> Digest {
-        self.digest
+        self.surfels.digest().joined(self.nodes.digest())
     }
 
-    /// Whether it holds a surfel of this id.
-    pub fn holds(&self, id: u32) -> bool {
-        self.ids.binary_search(&id).is_ok()
+    /// Whether a warp has moved surfels since their records were made.
+    pub fn is_outdated(&self) -> bool {
+        self.outdated
     }
 
-    /// Ids held, increasing.
-    pub fn ids(&self) -> &[u32] {
-        &self.ids
-    }
-
-    /// All surfels, by increasing id.
-    pub fn surfels(&self) -> impl Iterator<Item = WireSurfel> + '_ {
-        self.ids.iter().zip(&self.records).map(|(&id, record)| record.unpack(id))
-    }
-
-    /// Server side: applies changes and completes them with the digest and the count.
+    /// Applies changes and completes them with the digest and the counts.
     ///
     /// # Errors
-    /// As [`Self::apply`], the digest excepted; the model is then unchanged.
-    pub fn advance(&mut self, mut changes: ModelEpoch) -> Result<ModelEpoch, ProtocolError> {
-        *self = self.merged(&changes)?;
-        changes.digest = self.digest.value();
-        changes.surfels = self.len() as u32;
-        Ok(changes)
-    }
-
-    /// Viewer side: applies an epoch and checks that the model is then the server's.
-    ///
-    /// # Errors
-    /// Malformed arrays, another base epoch, ids that should be held and are not or the other way round,
-    /// another digest. The model is then unchanged and wants a snapshot.
-    pub fn apply(&mut self, epoch: &ModelEpoch) -> Result<(), ProtocolError> {
-        let merged = self.merged(epoch)?;
-        merged.expect_digest(epoch.digest)?;
-        *self = merged;
-        Ok(())
-    }
-
-    fn merged(&self, epoch: &ModelEpoch) -> Result<Self, ProtocolError> {
+    /// Another base epoch, malformed arrays, ids that should be held and are not or the other way round. The model is
+    /// then unchanged.
+    pub fn advance(&mut self, mut epoch: ModelEpoch) -> Result<ModelEpoch, ProtocolError> {
         if epoch.base_epoch != self.epoch {
             return Err(ProtocolError::WrongBase { held: self.epoch, base: epoch.base_epoch });
         }
-        let changes = Changes::unpack(epoch)?;
-        let mut merged = Self::with_capacity(epoch, self.len() + changes.added.len());
-        changes.merge_into(self, &mut merged)?;
-        Ok(merged)
+        let changes = EpochChanges::unpack(&epoch, self.nodes.len())?;
+        let nodes = changes.nodes_after(&self.nodes)?;
+        self.surfels.digest_after(epoch.epoch, &changes.surfels())?;
+        self.surfels.apply(epoch.epoch, &changes.surfels(), |record| *record);
+        self.outdated = !self.surfels.is_empty() && (self.outdated || !changes.transforms.is_empty());
+        (self.epoch, self.stamp_ns) = (epoch.epoch, epoch.stamp_ns);
+        (self.nodes, self.node_reach_m) = (nodes, epoch.node_reach_m);
+        epoch.digest = self.digest().value();
+        (epoch.surfels, epoch.nodes) = (self.surfels.len() as u32, self.nodes.len() as u32);
+        Ok(epoch)
     }
 
-    fn with_capacity(epoch: &ModelEpoch, surfels: usize) -> Self {
-        Self {
-            epoch: epoch.epoch,
-            stamp_ns: epoch.stamp_ns,
-            ids: Vec::with_capacity(surfels),
-            versions: Vec::with_capacity(surfels),
-            records: Vec::with_capacity(surfels),
-            digest: Digest::default(),
+    /// Takes over the shapes that viewers hold at this epoch: all surfels, in any order.
+    ///
+    /// # Errors
+    /// [`ProtocolError::NotHeld`] for one that viewers do not hold, [`ProtocolError::LengthMismatch`] where some lack,
+    /// [`ProtocolError::Unpackable`].
+    pub fn refresh(&mut self, surfels: &[WireSurfel]) -> Result<(), ProtocolError> {
+        let expected = self.surfels.len();
+        if surfels.len() != expected {
+            return Err(ProtocolError::LengthMismatch { field: "held surfels", got: surfels.len(), expected });
         }
-    }
-
-    fn expect_digest(&self, expected: u32) -> Result<(), ProtocolError> {
-        let got = self.digest.value();
-        if got == expected {
-            Ok(())
-        } else {
-            Err(ProtocolError::DigestMismatch { epoch: self.epoch, got, expected })
+        for surfel in surfels {
+            let index = self.surfels.index_of(surfel.id);
+            let index = index.ok_or(ProtocolError::NotHeld { what: "surfel", id: surfel.id })?;
+            self.surfels.rows_mut()[index] = SurfelRecord::pack(surfel)?;
         }
-    }
-
-    fn push(&mut self, id: u32, version: u32, record: SurfelRecord) {
-        self.ids.push(id);
-        self.versions.push(version);
-        self.records.push(record);
-        self.digest.insert(id, version);
+        self.outdated = false;
+        Ok(())
     }
 
     /// The changes that empty this model in the next epoch; for [`Self::advance`].
-    pub fn clearing(&self) -> ModelEpoch {
-        ModelEpoch {
+    ///
+    /// # Errors
+    /// None in practice: the ids are the model's own.
+    pub fn clearing(&self) -> Result<ModelEpoch, ProtocolError> {
+        Ok(ModelEpoch {
             epoch: self.epoch + 1,
             base_epoch: self.epoch,
             stamp_ns: self.stamp_ns,
-            removed_ids: pack_ids(&self.ids),
+            removed_ids: pack_ids(self.surfels.ids())?,
+            removed_node_ids: pack_ids(self.nodes.ids())?,
+            node_reach_m: self.node_reach_m,
             ..ModelEpoch::default()
-        }
-    }
-
-    /// The whole model in chunks of [`SNAPSHOT_CHUNK_SURFELS`], at least one.
-    pub fn snapshot(&self) -> Vec<SnapshotChunk> {
-        let count = self.len().div_ceil(SNAPSHOT_CHUNK_SURFELS).max(1);
-        (0..count).map(|index| self.snapshot_chunk(index, count)).collect()
-    }
-
-    fn snapshot_chunk(&self, index: usize, count: usize) -> SnapshotChunk {
-        let start = index * SNAPSHOT_CHUNK_SURFELS;
-        let range = start..(start + SNAPSHOT_CHUNK_SURFELS).min(self.len());
-        let mut records = Vec::with_capacity(range.len() * RECORD_BYTES);
-        records.extend(self.records[range.clone()].iter().flat_map(|record| record.0));
-        SnapshotChunk {
-            epoch: self.epoch,
-            stamp_ns: self.stamp_ns,
-            index: index as u32,
-            count: count as u32,
-            surfels: Some(PackedSurfels { ids: pack_ids(&self.ids[range.clone()]), records: records.into() }),
-            versions: pack_ids(&self.versions[range]),
-            digest: self.digest.value(),
-        }
-    }
-}
-
-/// Collects the chunks of one snapshot.
-#[derive(Debug, Default)]
-pub struct SnapshotAssembly {
-    model: PackedModel,
-    next_index: u32,
-}
-
-impl SnapshotAssembly {
-    /// Takes the next chunk in; the model once it was the last. Chunk 0 starts anew at any time.
-    ///
-    /// # Errors
-    /// Malformed arrays, a missing chunk, another digest.
-    pub fn push(&mut self, chunk: &SnapshotChunk) -> Result<Option<PackedModel>, ProtocolError> {
-        if chunk.index == 0 {
-            self.model =
-                PackedModel { epoch: chunk.epoch, stamp_ns: chunk.stamp_ns, ..PackedModel::default() };
-        } else if chunk.index != self.next_index || chunk.epoch != self.model.epoch {
-            return Err(ProtocolError::MissingChunk { expected: self.next_index, got: chunk.index });
-        }
-        self.next_index = chunk.index.saturating_add(1);
-        self.extend(chunk)?;
-        if self.next_index < chunk.count {
-            return Ok(None);
-        }
-        let model = std::mem::take(&mut self.model);
-        model.expect_digest(chunk.digest)?;
-        Ok(Some(model))
-    }
-
-    fn extend(&mut self, chunk: &SnapshotChunk) -> Result<(), ProtocolError> {
-        let (ids, records) = unpack_records(chunk.surfels.as_ref().unwrap_or(&PackedSurfels::default()))?;
-        let versions = unpack_versions(&chunk.versions, ids.len())?;
-        if let (Some(&previous), Some(&id)) = (self.model.ids.last(), ids.first())
-            && previous >= id
-        {
-            return Err(ProtocolError::UnsortedIds { index: self.model.len(), id, previous });
-        }
-        for ((id, version), record) in ids.into_iter().zip(versions).zip(records) {
-            self.model.push(id, version, record);
-        }
-        Ok(())
-    }
-}
-
-/// The checked arrays of an epoch.
-struct Changes {
-    removed: Vec<u32>,
-    added: Vec<(u32, SurfelRecord)>,
-    updated: Vec<(u32, SurfelRecord)>,
-}
-
-impl Changes {
-    fn unpack(epoch: &ModelEpoch) -> Result<Self, ProtocolError> {
-        let block = |packed: &Option<PackedSurfels>| -> Result<Vec<_>, ProtocolError> {
-            let Some(packed) = packed else { return Ok(Vec::new()) };
-            let (ids, records) = unpack_records(packed)?;
-            Ok(ids.into_iter().zip(records).collect())
-        };
-        Ok(Self {
-            removed: unpack_ids("removed_ids", &epoch.removed_ids)?,
-            added: block(&epoch.added)?,
-            updated: block(&epoch.updated)?,
         })
     }
 
-    /// One pass over held and changed ids, all of them sorted.
-    fn merge_into(self, held: &PackedModel, merged: &mut PackedModel) -> Result<(), ProtocolError> {
-        let mut removed = self.removed.into_iter().peekable();
-        let mut added = self.added.into_iter().peekable();
-        let mut updated = self.updated.into_iter().peekable();
-        for ((&id, &version), &record) in held.ids.iter().zip(&held.versions).zip(&held.records) {
-            while let Some((new_id, new)) = added.next_if(|(new_id, _)| *new_id < id) {
-                merged.push(new_id, merged.epoch, new);
-            }
-            if added.next_if(|(new_id, _)| *new_id == id).is_some() {
-                return Err(ProtocolError::AlreadyHeld { id });
-            }
-            let gone = removed.next_if_eq(&id).is_some();
-            match updated.next_if(|(changed, _)| *changed == id) {
-                Some(_) if gone => return Err(ProtocolError::NotHeld { id }),
-                Some((_, new)) => merged.push(id, merged.epoch, new),
-                None if gone => {}
-                None => merged.push(id, version, record),
-            }
-        }
-        added.for_each(|(id, new)| merged.push(id, merged.epoch, new));
-        match removed.next().or_else(|| updated.next().map(|(id, _)| id)) {
-            Some(id) => Err(ProtocolError::NotHeld { id }),
-            None => Ok(()),
-        }
+    /// The part of the model whose surfels `wanted` picks by id and position; it has all nodes.
+    ///
+    /// # Errors
+    /// None in practice: ids are the model's own.
+    pub fn thinned(&self, wanted: impl Fn(u32, [f32; 3]) -> bool) -> Result<Self, ProtocolError> {
+        let table = &self.surfels;
+        let all = table.ids().iter().zip(table.versions()).zip(table.rows());
+        let kept = all.filter(|((id, _), record)| wanted(**id, record.position_in_world_m()));
+        let surfels = SurfelTable::collect(kept.map(|((id, version), row)| (*id, *version, *row)).collect())?;
+        Ok(Self { surfels, nodes: self.nodes.clone(), ..*self })
     }
 }

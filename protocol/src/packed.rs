@@ -1,70 +1,94 @@
-//! Packed arrays: ids, versions and surfel records side by side.
+//! Packed arrays: ids as gaps, versions as ages, surfel records in byte planes.
 //!
-//! Nothing is allocated before all lengths agree with each other and with the limit.
+//! Nothing is allocated beyond what the bytes got can hold.
 
 use prost::bytes::Bytes;
 
 use crate::limits::MAX_SURFELS_PER_MESSAGE;
 use crate::v1::PackedSurfels;
-use crate::{ProtocolError, RECORD_BYTES, SurfelRecord, WireSurfel};
+use crate::{ProtocolError, RECORD_BYTES, SurfelRecord, WireSurfel, varint};
 
-const ID_BYTES: usize = 4;
-
-/// Packs ids (or versions) as u32 little-endian.
-pub fn pack_ids(ids: &[u32]) -> Bytes {
-    ids.iter().flat_map(|id| id.to_le_bytes()).collect()
-}
-
-/// Packs surfels in the order given.
+/// Packs strictly increasing ids: of each the gap to the one before, less 1, as LEB128. The first follows on -1.
 ///
 /// # Errors
-/// [`ProtocolError::Unpackable`] for the first surfel that has no packed form.
-pub fn pack_surfels(surfels: &[WireSurfel]) -> Result<PackedSurfels, ProtocolError> {
-    let mut records = Vec::with_capacity(surfels.len() * RECORD_BYTES);
-    for surfel in surfels {
-        records.extend_from_slice(&SurfelRecord::pack(surfel)?.0);
+/// [`ProtocolError::UnsortedIds`].
+pub fn pack_ids(ids: &[u32]) -> Result<Bytes, ProtocolError> {
+    let mut bytes = Vec::with_capacity(2 * ids.len());
+    let mut next = 0_u64;
+    for (index, &id) in ids.iter().enumerate() {
+        let gap = u64::from(id).checked_sub(next);
+        let gap = gap.ok_or_else(|| ProtocolError::UnsortedIds { index, id, previous: (next - 1) as u32 })?;
+        varint::put(&mut bytes, gap as u32);
+        next = u64::from(id) + 1;
     }
-    let ids: Vec<u32> = surfels.iter().map(|surfel| surfel.id).collect();
-    Ok(PackedSurfels { ids: pack_ids(&ids), records: records.into() })
+    Ok(bytes.into())
 }
 
-/// Checks and reads an array of strictly increasing ids.
+/// Reads what [`pack_ids`] wrote.
 ///
 /// # Errors
-/// Ragged, unsorted, or over [`MAX_SURFELS_PER_MESSAGE`].
+/// [`ProtocolError::Varint`], [`ProtocolError::IdOverflow`], or over [`MAX_SURFELS_PER_MESSAGE`].
 pub fn unpack_ids(field: &'static str, bytes: &[u8]) -> Result<Vec<u32>, ProtocolError> {
-    let ids = unpack_numbers(field, bytes)?;
-    let unsorted = ids.windows(2).position(|pair| pair[0] >= pair[1]);
-    match unsorted {
-        Some(index) => {
-            Err(ProtocolError::UnsortedIds { index: index + 1, id: ids[index + 1], previous: ids[index] })
-        }
-        None => Ok(ids),
+    let mut ids = varint::read_all(field, bytes, MAX_SURFELS_PER_MESSAGE)?;
+    let mut next = 0_u64;
+    for id in &mut ids {
+        let absolute = next + u64::from(*id);
+        *id = u32::try_from(absolute).map_err(|_| ProtocolError::IdOverflow { field })?;
+        next = absolute + 1;
     }
+    Ok(ids)
 }
 
-/// Checks and reads the versions that belong to `surfels` ids.
+/// Packs versions as ages below `epoch`, LEB128 each.
+pub(crate) fn pack_versions(versions: impl Iterator<Item = u32>, epoch: u32) -> Bytes {
+    let mut bytes = Vec::new();
+    versions.for_each(|version| varint::put(&mut bytes, epoch.wrapping_sub(version)));
+    bytes.into()
+}
+
+/// Reads the versions that belong to `surfels` ids in a snapshot of `epoch`.
 ///
 /// # Errors
-/// Ragged, or not as many as the ids.
-pub fn unpack_versions(bytes: &[u8], surfels: usize) -> Result<Vec<u32>, ProtocolError> {
-    let versions = unpack_numbers("versions", bytes)?;
-    expect_count("versions", versions.len(), surfels)?;
-    Ok(versions)
+/// [`ProtocolError::Varint`], or not as many as the ids.
+pub fn unpack_versions(bytes: &[u8], epoch: u32, surfels: usize) -> Result<Vec<u32>, ProtocolError> {
+    let ages = varint::read_all("versions", bytes, MAX_SURFELS_PER_MESSAGE)?;
+    expect_count("versions", ages.len(), surfels)?;
+    Ok(ages.into_iter().map(|age| epoch.wrapping_sub(age)).collect())
 }
 
-/// Checks and reads ids and records; both have the same length.
+/// Packs surfels, which must come by increasing id.
+///
+/// # Errors
+/// [`ProtocolError::Unpackable`] for the first surfel that has no packed form, [`ProtocolError::UnsortedIds`].
+pub fn pack_surfels(surfels: &[WireSurfel]) -> Result<PackedSurfels, ProtocolError> {
+    let records: Vec<SurfelRecord> = surfels.iter().map(SurfelRecord::pack).collect::<Result<_, _>>()?;
+    let ids: Vec<u32> = surfels.iter().map(|surfel| surfel.id).collect();
+    pack_records(&ids, &records)
+}
+
+/// Packs records that have been packed singly: all first bytes, then all second ones, and so on.
+///
+/// # Errors
+/// [`ProtocolError::UnsortedIds`].
+pub(crate) fn pack_records(ids: &[u32], records: &[SurfelRecord]) -> Result<PackedSurfels, ProtocolError> {
+    let mut planes = Vec::with_capacity(records.len() * RECORD_BYTES);
+    for place in 0..RECORD_BYTES {
+        planes.extend(records.iter().map(|record| record.0[place]));
+    }
+    Ok(PackedSurfels { ids: pack_ids(ids)?, records: planes.into() })
+}
+
+/// Checks and reads ids with their records.
 ///
 /// # Errors
 /// As [`unpack_ids`], and where the records are ragged or not as many as the ids.
-pub fn unpack_records(packed: &PackedSurfels) -> Result<(Vec<u32>, Vec<SurfelRecord>), ProtocolError> {
+pub fn unpack_records(packed: &PackedSurfels) -> Result<Vec<(u32, SurfelRecord)>, ProtocolError> {
     let ids = unpack_ids("ids", &packed.ids)?;
-    let (records, rest) = packed.records.as_chunks::<RECORD_BYTES>();
-    if !rest.is_empty() {
-        return Err(ragged("records", packed.records.len(), RECORD_BYTES));
-    }
-    expect_count("records", records.len(), ids.len())?;
-    Ok((ids, records.iter().copied().map(SurfelRecord).collect()))
+    let planes = elements("records", &packed.records, RECORD_BYTES, ids.len())?;
+    let record = |index: usize| {
+        SurfelRecord(std::array::from_fn(|place| planes[place * ids.len() + index]))
+    };
+    Ok(ids.iter().enumerate().map(|(index, &id)| (id, record(index))).collect())
 }
 
 /// Checks and decodes surfels, in the order of their ids.
@@ -72,25 +96,26 @@ pub fn unpack_records(packed: &PackedSurfels) -> Result<(Vec<u32>, Vec<SurfelRec
 /// # Errors
 /// As [`unpack_records`].
 pub fn unpack_surfels(packed: &PackedSurfels) -> Result<Vec<WireSurfel>, ProtocolError> {
-    let (ids, records) = unpack_records(packed)?;
-    Ok(ids.into_iter().zip(records).map(|(id, record)| record.unpack(id)).collect())
+    Ok(unpack_records(packed)?.into_iter().map(|(id, record)| record.unpack(id)).collect())
 }
 
-fn unpack_numbers(field: &'static str, bytes: &[u8]) -> Result<Vec<u32>, ProtocolError> {
-    let (numbers, rest) = bytes.as_chunks::<ID_BYTES>();
-    if !rest.is_empty() {
-        return Err(ragged(field, bytes.len(), ID_BYTES));
+/// The bytes of an array that must hold `count` elements of `element_bytes`.
+///
+/// # Errors
+/// [`ProtocolError::RaggedArray`], [`ProtocolError::LengthMismatch`].
+pub(crate) fn elements<'a>(
+    field: &'static str,
+    bytes: &'a [u8],
+    element_bytes: usize,
+    count: usize,
+) -> Result<&'a [u8], ProtocolError> {
+    if !bytes.len().is_multiple_of(element_bytes) {
+        return Err(ProtocolError::RaggedArray { field, bytes: bytes.len(), element_bytes });
     }
-    if numbers.len() > MAX_SURFELS_PER_MESSAGE {
-        return Err(ProtocolError::TooManySurfels { surfels: numbers.len(), limit: MAX_SURFELS_PER_MESSAGE });
-    }
-    Ok(numbers.iter().map(|number| u32::from_le_bytes(*number)).collect())
+    expect_count(field, bytes.len() / element_bytes, count)?;
+    Ok(bytes)
 }
 
 fn expect_count(field: &'static str, got: usize, expected: usize) -> Result<(), ProtocolError> {
     if got == expected { Ok(()) } else { Err(ProtocolError::LengthMismatch { field, got, expected }) }
-}
-
-fn ragged(field: &'static str, bytes: usize, element_bytes: usize) -> ProtocolError {
-    ProtocolError::RaggedArray { field, bytes, element_bytes }
 }

@@ -18,6 +18,9 @@ pub const RECORD_BYTES: usize = 16;
 /// Step of the position grid in each axis; positions are off by half of it at most.
 pub const POSITION_STEP_M: f64 = 2e-5;
 
+/// Surfels further from the origin in any axis have no packed form.
+pub const MAX_POSITION_M: f64 = POSITION_STEP_M * (POSITION_ZERO - 1) as f64;
+
 const POSITION_BITS: u32 = 21;
 const POSITION_ZERO: i64 = 1 << (POSITION_BITS - 1);
 const POSITION_MASK: u64 = (1 << POSITION_BITS) - 1;
@@ -63,12 +66,30 @@ impl SurfelRecord {
         Ok(Self(bytes))
     }
 
+    /// Centre in the world.
+    pub fn position_in_world_m(&self) -> [f32; 3] {
+        position_of(self.position_bits())
+    }
+
+    /// Place on a curve that keeps near what is near (Morton order of the position).
+    pub(crate) fn morton_code(&self) -> u64 {
+        let packed = self.position_bits();
+        let axis = |axis: u32| (packed >> (axis * POSITION_BITS)) & POSITION_MASK;
+        let spread = |code: u64| (0..POSITION_BITS).fold(0, |sum, bit| sum | (code >> bit & 1) << (3 * bit));
+        spread(axis(0)) | spread(axis(1)) << 1 | spread(axis(2)) << 2
+    }
+
+    fn position_bits(&self) -> u64 {
+        let [p0, p1, p2, p3, p4, p5, p6, p7, ..] = self.0;
+        u64::from_le_bytes([p0, p1, p2, p3, p4, p5, p6, p7])
+    }
+
     /// The surfel of this record.
     pub fn unpack(&self, id: u32) -> WireSurfel {
-        let [p0, p1, p2, p3, p4, p5, p6, p7, n0, n1, n2, radius, red, green, blue, confidence] = self.0;
+        let [.., n0, n1, n2, radius, red, green, blue, confidence] = self.0;
         WireSurfel {
             id,
-            position_in_world_m: position_of(u64::from_le_bytes([p0, p1, p2, p3, p4, p5, p6, p7])),
+            position_in_world_m: self.position_in_world_m(),
             normal_in_world: normal_of(u32::from_le_bytes([n0, n1, n2, 0])),
             radius_m: RADIUS_UNIT_M * (f32::from(radius) / RADIUS_CODES_PER_OCTAVE).exp2(),
             color: [red, green, blue],

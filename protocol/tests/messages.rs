@@ -1,9 +1,10 @@
 //! Envelopes: round trips, unknown fields, malformed bytes; calibrations as JSON.
 
 use proptest::prelude::*;
+use prost::Message;
 use protocol::v1::{
-    Calibration, Camera, EncodedImage, ImageFormat, Reason, RectifiedRig, StereoPair, ToServer, from_server,
-    to_server,
+    Calibration, Camera, Compressed, EncodedImage, FromServer, ImageFormat, ModelEpoch, Reason, RectifiedRig,
+    StereoPair, ToServer, from_server, to_server,
 };
 use protocol::{Bytes, ProtocolError, SessionId};
 
@@ -91,4 +92,49 @@ proptest! {
         let _ = protocol::decode_to_server(bytes.clone().into(), LIMIT_BYTES);
         let _ = protocol::decode_from_server(bytes.into());
     }
+}
+
+fn large_epoch() -> from_server::Body {
+    let removed_ids = protocol::pack_ids(&(0..5000).collect::<Vec<_>>()).unwrap();
+    from_server::Body::Epoch(ModelEpoch { epoch: 2, base_epoch: 1, removed_ids, ..ModelEpoch::default() })
+}
+
+#[test]
+fn a_message_that_compresses_well_travels_compressed() {
+    let bytes = protocol::from_server_compressed(large_epoch());
+    assert!(bytes.len() < 100, "{} bytes", bytes.len());
+    assert_eq!(protocol::decode_from_server(bytes).unwrap().body, Some(large_epoch()));
+}
+
+#[test]
+fn a_message_that_does_not_is_left_as_it_is() {
+    let refusal = from_server::Body::Refusal(protocol::refusal(Reason::StaleStamp, "abc", None));
+    assert_eq!(protocol::from_server_compressed(refusal.clone()), protocol::from_server(refusal));
+}
+
+#[test]
+fn a_compressed_message_that_lies_is_refused() {
+    let honest = protocol::from_server_compressed(large_epoch());
+    let Some(from_server::Body::Compressed(honest)) = FromServer::decode(honest).unwrap().body else {
+        panic!("not compressed")
+    };
+    let refused = |compressed: Compressed| {
+        let bytes = protocol::from_server(from_server::Body::Compressed(compressed));
+        protocol::decode_from_server(bytes).unwrap_err()
+    };
+    let bomb = Compressed { size_bytes: u32::MAX, ..honest.clone() };
+    let limit = protocol::limits::MAX_MESSAGE_BYTES;
+    assert_eq!(refused(bomb), ProtocolError::Oversized { bytes: u32::MAX as usize, limit });
+    for size_bytes in [0, honest.size_bytes - 1, honest.size_bytes + 1] {
+        let error = refused(Compressed { size_bytes, ..honest.clone() });
+        assert!(matches!(error, ProtocolError::Compressed { .. }), "{error}");
+    }
+    let garbage = Compressed { zstd: Bytes::from_static(b"no frame"), ..honest.clone() };
+    assert!(matches!(refused(garbage), ProtocolError::Compressed { .. }));
+    let nested = protocol::from_server(from_server::Body::Compressed(honest));
+    let twice = Compressed {
+        size_bytes: nested.len() as u32,
+        zstd: zstd::bulk::compress(&nested, 1).unwrap().into(),
+    };
+    assert!(refused(twice).to_string().contains("holds a compressed message"));
 }

@@ -1,9 +1,11 @@
-//! The model on both sides: snapshot and epochs lead to the same surfels, and nothing else is accepted.
+//! The server's account of the model: what it accepts, what a snapshot of it holds.
 
-use proptest::prelude::*;
 use protocol::limits::SNAPSHOT_CHUNK_SURFELS;
-use protocol::v1::{ModelEpoch, SnapshotChunk};
-use protocol::{PackedModel, ProtocolError, SnapshotAssembly, WireSurfel, pack_ids, pack_surfels};
+use protocol::v1::{ModelEpoch, PackedNodes};
+use protocol::{
+    ChunkContents, NodePosition, NodeTransform, PackedModel, ProtocolError, WireSurfel, pack_ids, pack_nodes,
+    pack_surfels, pack_transforms,
+};
 
 fn surfel(id: u32, x_m: f32) -> WireSurfel {
     WireSurfel {
@@ -26,122 +28,120 @@ fn changes(model: &PackedModel, removed: &[u32], added: &[u32], updated: &[u32])
         epoch,
         base_epoch: model.epoch(),
         stamp_ns: u64::from(epoch) * 33_000_000,
-        removed_ids: pack_ids(removed),
+        removed_ids: pack_ids(removed).unwrap(),
         added: Some(block(added, 0.0)),
         updated: Some(block(updated, epoch as f32 * 1e-3)),
+        node_reach_m: 0.008,
         ..ModelEpoch::default()
     }
 }
 
-fn seeded(chunks: &[SnapshotChunk]) -> PackedModel {
-    let mut assembly = SnapshotAssembly::default();
-    let mut models = chunks.iter().filter_map(|chunk| assembly.push(chunk).expect("chunks in order"));
-    models.next().expect("the last chunk completes the model")
+fn nodes(ids: &[u32]) -> Option<PackedNodes> {
+    let positions = vec![NodePosition([100, -200, 300]); ids.len()];
+    Some(pack_nodes(ids, &positions).unwrap())
 }
 
-#[test]
-fn a_viewer_that_follows_epochs_holds_what_the_server_holds() {
-    let (mut server, mut viewer) = (PackedModel::default(), PackedModel::default());
-    for (removed, added, updated) in
-        [(&[][..], &[3, 5, 9][..], &[][..]), (&[5], &[1, 4, 12], &[9]), (&[1, 12], &[], &[3, 4])]
-    {
-        let epoch = server.advance(changes(&server, removed, added, updated)).unwrap();
-        assert_eq!(epoch.surfels as usize, server.len());
-        viewer.apply(&epoch).unwrap();
-        assert_eq!(viewer, server);
-    }
-    assert_eq!(server.ids(), [3, 4, 9]);
-}
-
-#[test]
-fn a_late_joiner_holds_what_those_before_it_hold() {
-    let mut server = PackedModel::default();
-    let many: Vec<u32> = (0..2 * SNAPSHOT_CHUNK_SURFELS as u32 + 10).collect();
-    server.advance(changes(&server, &[], &many, &[])).unwrap();
-    server.advance(changes(&server, &[0], &[], &[7, 9])).unwrap();
-
-    let chunks = server.snapshot();
-    assert_eq!(chunks.len(), 3);
-    let mut late = seeded(&chunks);
-    assert_eq!(late, server);
-    let next = server.advance(changes(&server, &[9], &[], &[7])).unwrap();
-    late.apply(&next).unwrap();
-    assert_eq!(late, server);
-}
-
-#[test]
-fn an_empty_model_is_one_empty_chunk() {
-    let chunks = PackedModel::default().snapshot();
-    assert_eq!(chunks.len(), 1);
-    assert!(seeded(&chunks).is_empty());
-}
-
-#[test]
-fn a_cleared_model_is_empty_for_viewers_too() {
-    let mut server = PackedModel::default();
-    server.advance(changes(&server, &[], &[1, 2], &[])).unwrap();
-    let mut viewer = seeded(&server.snapshot());
-    let clearing = server.advance(server.clearing()).unwrap();
-    viewer.apply(&clearing).unwrap();
-    assert!(viewer.is_empty() && server.is_empty());
-}
-
-#[test]
-fn epochs_that_do_not_fit_leave_the_model_as_it_was() {
+fn with_surfels_and_nodes() -> PackedModel {
     let mut model = PackedModel::default();
-    model.advance(changes(&model, &[], &[1, 2], &[])).unwrap();
-    let before = model.clone();
-    let base = ModelEpoch { base_epoch: 7, ..changes(&model, &[], &[], &[]) };
-    assert_eq!(model.apply(&base), Err(ProtocolError::WrongBase { held: 1, base: 7 }));
-    for (removed, added, updated, error) in [
-        (&[3][..], &[][..], &[][..], ProtocolError::NotHeld { id: 3 }),
-        (&[], &[2], &[], ProtocolError::AlreadyHeld { id: 2 }),
-        (&[], &[], &[0], ProtocolError::NotHeld { id: 0 }),
-        (&[1], &[], &[1], ProtocolError::NotHeld { id: 1 }),
-    ] {
-        assert_eq!(model.apply(&changes(&model, removed, added, updated)), Err(error));
-    }
-    let wrong_digest = changes(&model, &[1], &[], &[]);
-    assert!(matches!(model.apply(&wrong_digest), Err(ProtocolError::DigestMismatch { epoch: 2, .. })));
-    assert_eq!(model, before);
+    let epoch = ModelEpoch { added_nodes: nodes(&[7, 8]), ..changes(&model, &[], &[3, 5, 9], &[]) };
+    model.advance(epoch).unwrap();
+    model
 }
 
 #[test]
-fn a_snapshot_with_a_lost_chunk_is_refused_and_can_start_anew() {
-    let mut server = PackedModel::default();
-    let many: Vec<u32> = (0..3 * SNAPSHOT_CHUNK_SURFELS as u32).collect();
-    server.advance(changes(&server, &[], &many, &[])).unwrap();
-    let chunks = server.snapshot();
-    let mut assembly = SnapshotAssembly::default();
-    assembly.push(&chunks[0]).unwrap();
-    assert_eq!(assembly.push(&chunks[2]), Err(ProtocolError::MissingChunk { expected: 1, got: 2 }));
-    let models: Vec<_> = chunks.iter().filter_map(|chunk| assembly.push(chunk).unwrap()).collect();
-    assert_eq!(models, [server]);
+fn an_accepted_epoch_is_completed_with_digest_and_counts() {
+    let mut model = with_surfels_and_nodes();
+    let epoch = model.advance(changes(&model, &[5], &[1, 4], &[9])).unwrap();
+    assert_eq!(model.surfels().ids(), [1, 3, 4, 9]);
+    assert_eq!(model.surfels().versions(), [2, 1, 2, 2]);
+    assert_eq!((epoch.surfels, epoch.nodes, epoch.digest), (4, 2, model.digest().value()));
 }
 
-proptest! {
-    #[test]
-    fn any_history_leads_viewers_to_the_same_model(
-        steps in prop::collection::vec(prop::collection::btree_map(0_u32..60, 0_u8..3, 0..40), 1..12),
-        joins_at in 0_usize..12,
-    ) {
-        let mut server = PackedModel::default();
-        let mut viewer = None;
-        for (index, step) in steps.into_iter().enumerate() {
-            if index == joins_at {
-                viewer = Some(seeded(&server.snapshot()));
-            }
-            let (held, new): (Vec<_>, Vec<_>) = step.into_iter().partition(|(id, _)| server.holds(*id));
-            let ids = |of: &[(u32, u8)], remove: bool| -> Vec<u32> {
-                of.iter().filter(|(_, action)| (*action == 0) == remove).map(|(id, _)| *id).collect()
-            };
-            let new: Vec<u32> = new.into_iter().map(|(id, _)| id).collect();
-            let epoch = changes(&server, &ids(&held, true), &new, &ids(&held, false));
-            let epoch = server.advance(epoch).unwrap();
-            if let Some(viewer) = &mut viewer {
-                viewer.apply(&epoch).unwrap();
-                prop_assert_eq!(&*viewer, &server);
-            }
-        }
+#[test]
+fn what_does_not_fit_changes_nothing() {
+    let mut model = with_surfels_and_nodes();
+    let before = model.clone();
+    let not_held = |what, id| ProtocolError::NotHeld { what, id };
+    let held = |what, id| ProtocolError::AlreadyHeld { what, id };
+    let good = || changes(&before, &[], &[], &[]);
+    let broken = [
+        (changes(&model, &[4], &[], &[]), not_held("surfel", 4)),
+        (changes(&model, &[], &[], &[4]), not_held("surfel", 4)),
+        (changes(&model, &[5], &[], &[5]), not_held("surfel", 5)),
+        (changes(&model, &[], &[5], &[]), held("surfel", 5)),
+        (ModelEpoch { base_epoch: 0, ..good() }, ProtocolError::WrongBase { held: 1, base: 0 }),
+        (ModelEpoch { added_nodes: nodes(&[8]), ..good() }, held("node", 8)),
+        (ModelEpoch { removed_node_ids: pack_ids(&[6]).unwrap(), ..good() }, not_held("node", 6)),
+        (
+            ModelEpoch { node_transforms: pack_transforms(&[NodeTransform::default()]), ..good() },
+            ProtocolError::LengthMismatch { field: "node_transforms", got: 1, expected: 2 },
+        ),
+    ];
+    for (epoch, expected) in broken {
+        assert_eq!(model.advance(epoch), Err(expected));
+        assert_eq!(model, before);
     }
+}
+
+#[test]
+fn a_warp_moves_nodes_and_outdates_shapes_until_they_are_brought() {
+    let mut model = with_surfels_and_nodes();
+    let mut transform = NodeTransform::default();
+    transform.0[..3].copy_from_slice(&[5, -6, 7]);
+    let transforms = pack_transforms(&[transform, NodeTransform::default()]);
+    let digest = model.digest();
+    model.advance(ModelEpoch { node_transforms: transforms, ..changes(&model, &[], &[], &[]) }).unwrap();
+    assert_eq!(model.nodes().positions(), [NodePosition([105, -206, 307]), NodePosition([100, -200, 300])]);
+    assert_ne!(model.digest(), digest, "a lost warp is noticed");
+    assert!(model.is_outdated());
+
+    let held: Vec<_> = [9, 3, 5].map(|id| surfel(id, 0.02)).to_vec();
+    model.refresh(&held).unwrap();
+    assert!(!model.is_outdated());
+    let first = &model.surfels().rows()[0];
+    assert!((first.position_in_world_m()[0] - 0.02).abs() < 1.1e-5);
+    let incomplete = ProtocolError::LengthMismatch { field: "held surfels", got: 2, expected: 3 };
+    assert_eq!(model.refresh(&held[..2]), Err(incomplete));
+    let foreign = [surfel(3, 0.0), surfel(4, 0.0), surfel(5, 0.0)];
+    assert_eq!(model.refresh(&foreign), Err(ProtocolError::NotHeld { what: "surfel", id: 4 }));
+}
+
+#[test]
+fn a_snapshot_holds_everything_once_and_what_is_near_together() {
+    let mut model = with_surfels_and_nodes();
+    let added: Vec<u32> = (100..100 + 2 * SNAPSHOT_CHUNK_SURFELS as u32).collect();
+    let surfels: Vec<_> = added.iter().map(|&id| surfel(id, (id * 7919 % 5000) as f32 * 1e-5)).collect();
+    let block = Some(pack_surfels(&surfels).unwrap());
+    model.advance(ModelEpoch { added: block, ..changes(&model, &[], &[], &[]) }).unwrap();
+    let chunks = model.snapshot().unwrap();
+    assert_eq!(chunks.len(), 4);
+    let mut ids = Vec::new();
+    for placed in &chunks {
+        let contents = ChunkContents::unpack(&placed.chunk).unwrap();
+        let x_m = |record: &protocol::SurfelRecord| record.position_in_world_m()[0];
+        let extent = contents.surfels.iter().map(|(.., record)| x_m(record));
+        let (least, most) = extent.fold((f32::MAX, f32::MIN), |(a, b), x| (a.min(x), b.max(x)));
+        assert!(placed.centre_in_world_m.is_none_or(|[x, ..]| (least..=most).contains(&x)));
+        assert!(contents.surfels.is_empty() || most - least < 0.033, "{least} to {most}");
+        assert_eq!(contents.nodes.is_some(), placed.chunk.index == 0);
+        ids.extend(contents.surfels.iter().map(|(id, ..)| *id));
+    }
+    ids.sort_unstable();
+    assert_eq!(ids, model.surfels().ids());
+}
+
+#[test]
+fn a_thinned_model_has_the_wanted_surfels_all_nodes_and_a_digest_of_its_own() {
+    let model = with_surfels_and_nodes();
+    let thin = model.thinned(|id, _| id != 5).unwrap();
+    assert_eq!(thin.surfels().ids(), [3, 9]);
+    assert_eq!((thin.nodes(), thin.epoch()), (model.nodes(), model.epoch()));
+    assert_ne!(thin.digest(), model.digest());
+}
+
+#[test]
+fn an_emptied_model_goes_on_from_the_same_epochs() {
+    let mut model = with_surfels_and_nodes();
+    let epoch = model.advance(model.clearing().unwrap()).unwrap();
+    assert_eq!((epoch.epoch, epoch.surfels, epoch.nodes, epoch.digest), (2, 0, 0, 0));
 }

@@ -58,29 +58,46 @@ fn values_without_a_packed_form_are_refused_by_name() {
 }
 
 #[test]
+fn id_lists_are_gaps() {
+    let ids = [0, 1, 2, 130, 131, u32::MAX];
+    let bytes = pack_ids(&ids).unwrap();
+    assert_eq!(hex(&bytes), "0000007f00fbfeffff0f");
+    assert_eq!(unpack_ids("ids", &bytes), Ok(ids.to_vec()));
+    let unsorted = ProtocolError::UnsortedIds { index: 1, id: 9, previous: 9 };
+    assert_eq!(pack_ids(&[9, 9]), Err(unsorted));
+    let beyond = [0xFF, 0xFF, 0xFF, 0xFF, 0x0F, 0x00];
+    assert_eq!(unpack_ids("ids", &beyond), Err(ProtocolError::IdOverflow { field: "ids" }));
+}
+
+#[test]
+fn records_are_packed_in_byte_planes() {
+    let other = WireSurfel { id: 9, color: [1, 2, 3], ..surfel() };
+    let records = pack_surfels(&[surfel(), other]).unwrap().records;
+    assert_eq!(hex(&records[24..30]), "c8015a024603");
+}
+
+#[test]
 fn arrays_that_do_not_fit_each_other_are_refused() {
     let good = pack_surfels(&[surfel(), WireSurfel { id: 9, ..surfel() }]).unwrap();
     let broken = |ids: &[u8], records: &[u8]| {
         unpack_surfels(&PackedSurfels { ids: ids.to_vec().into(), records: records.to_vec().into() })
             .unwrap_err()
     };
-    let half_an_id = broken(&good.ids[..7], &good.records);
-    assert_eq!(half_an_id, ProtocolError::RaggedArray { field: "ids", bytes: 7, element_bytes: 4 });
+    let half_an_id = broken(&[7, 0x81], &good.records);
+    assert_eq!(half_an_id, ProtocolError::Varint { field: "ids", index: 1 });
     let half_a_record = broken(&good.ids, &good.records[..31]);
     assert_eq!(half_a_record, ProtocolError::RaggedArray { field: "records", bytes: 31, element_bytes: 16 });
     let one_record_short = broken(&good.ids, &good.records[..16]);
     assert_eq!(one_record_short, ProtocolError::LengthMismatch { field: "records", got: 1, expected: 2 });
-    let twice_the_same = broken(&pack_ids(&[9, 9]), &good.records);
-    assert_eq!(twice_the_same, ProtocolError::UnsortedIds { index: 1, id: 9, previous: 9 });
-    let versions = unpack_versions(&good.ids, 3).unwrap_err();
+    let versions = unpack_versions(&good.ids, 10, 3).unwrap_err();
     assert_eq!(versions, ProtocolError::LengthMismatch { field: "versions", got: 2, expected: 3 });
 }
 
 #[test]
 fn more_ids_than_the_limit_are_refused() {
     let limit = protocol::limits::MAX_SURFELS_PER_MESSAGE;
-    let refused = unpack_ids("ids", &vec![0; (limit + 1) * 4]).unwrap_err();
-    assert_eq!(refused, ProtocolError::TooManySurfels { surfels: limit + 1, limit });
+    let refused = unpack_ids("ids", &vec![0; limit + 1]).unwrap_err();
+    assert_eq!(refused, ProtocolError::TooMany { field: "ids", got: limit + 1, limit });
 }
 
 fn direction() -> impl Strategy<Value = [f32; 3]> {
@@ -142,9 +159,16 @@ proptest! {
         ids in prop::collection::vec(any::<u8>(), 0..64),
         records in prop::collection::vec(any::<u8>(), 0..256),
     ) {
-        let surfels = ids.len() / 4;
+        let surfels = records.len() / 16;
         if let Ok(unpacked) = unpack_surfels(&PackedSurfels { ids: ids.into(), records: records.into() }) {
             prop_assert_eq!(unpacked.len(), surfels);
+            prop_assert!(unpacked.windows(2).all(|pair| pair[0].id < pair[1].id));
         }
+    }
+
+    #[test]
+    fn any_ids_survive(ids in prop::collection::btree_set(any::<u32>(), 0..100)) {
+        let ids: Vec<u32> = ids.into_iter().collect();
+        prop_assert_eq!(unpack_ids("ids", &pack_ids(&ids).unwrap()), Ok(ids));
     }
 }

@@ -2,7 +2,7 @@
 
 use protocol::keys::{self, Lane};
 use protocol::v1::{Reason, SessionStatus};
-use protocol::{limits, routes, surfel_digest};
+use protocol::{NodePosition, limits, node_digest, routes, surfel_digest};
 
 const SPEC: &str = include_str!("../SPEC.md");
 
@@ -34,6 +34,8 @@ fn every_route_is_listed() {
 fn every_limit_has_its_value() {
     assert_stated(&format!("| characters of a session id | {} |", limits::MAX_SESSION_ID_CHARS));
     assert_stated(&format!("| surfels in one block | {} |", limits::MAX_SURFELS_PER_MESSAGE));
+    assert_stated(&format!("| deformation nodes | {} |", limits::MAX_NODES));
+    assert_stated(&format!("| bytes of a message from the server, decompressed | {} |", limits::MAX_MESSAGE_BYTES));
     assert_stated(&format!("| surfels in one snapshot chunk | {} |", limits::SNAPSHOT_CHUNK_SURFELS));
     assert_stated(&format!("| time to say hello, ms | {} |", limits::HELLO_TIMEOUT_MS));
     assert_stated(&format!("| protocol version | {} |", limits::NEWEST_VERSION));
@@ -62,10 +64,16 @@ fn the_digest_examples_are_those_of_the_code() {
     for (id, version) in [(1, 1), (2, 1), (0xFFFF_FFFF, 7)] {
         assert_stated(&format!("| {id} | {version} | {:#010x} |", surfel_digest(id, version)));
     }
+    for (id, place) in [(1, [0, 0, 0]), (2, [100, -200, 300])] {
+        let [x, y, z] = place;
+        let hash = node_digest(id, NodePosition(place));
+        assert_stated(&format!("| {id} | {x}, {y}, {z} | {hash:#010x} |"));
+    }
 }
 
 #[test]
 fn a_snapshot_chunk_fits_one_zenoh_batch() {
-    let bytes_per_surfel = 4 + 4 + protocol::RECORD_BYTES;
+    let (id_bytes_max, age_bytes_max) = (5, 3);
+    let bytes_per_surfel = id_bytes_max + age_bytes_max + protocol::RECORD_BYTES;
     assert!(limits::SNAPSHOT_CHUNK_SURFELS * bytes_per_surfel + 1024 < 65_535);
 }

@@ -8,7 +8,7 @@ use protocol::v1::{self, ImageFormat, Reason, TrackingOutcome};
 use recording::{Calibration, RawPixel};
 use tracking::Outcome;
 
-use crate::publish::model_lane::ModelUpdate;
+use crate::publish::model_lane::{ModelUpdate, ViewerWishes};
 use crate::session::intake::Rejection;
 
 /// Furthest a quaternion's length may be from 1; seven printed digits give 1e-7.
@@ -148,6 +148,17 @@ pub fn jpeg_to_wire(image: recording::EncodedImage, (width_px, height_px): (u32,
     v1::EncodedImage { format: ImageFormat::Jpeg.into(), width_px, height_px, data: image.bytes.into() }
 }
 
+/// What a viewer wants; a gaze that is no place is none.
+pub fn wishes_from_wire(view: &v1::View) -> ViewerWishes {
+    let place = |gaze: &v1::Point| [gaze.x_m, gaze.y_m, gaze.z_m];
+    let gaze = view.gaze_in_world.as_ref().map(place);
+    ViewerWishes {
+        gaze_in_world_m: gaze.filter(|gaze| gaze.iter().all(|value| value.is_finite())),
+        surfels_max: (view.max_surfels > 0).then_some(view.max_surfels as usize),
+        bytes_per_s_max: (view.max_bytes_per_s > 0).then_some(view.max_bytes_per_s),
+    }
+}
+
 /// A change set on the model lane; confidence is the weight's share of `weight_max`.
 pub fn model_update(stamp_ns: u64, changes: &dense::ChangeSet, weight_max: f32) -> ModelUpdate {
     let mut changed: Vec<WireSurfel> = changes
@@ -164,5 +175,5 @@ pub fn model_update(stamp_ns: u64, changes: &dense::ChangeSet, weight_max: f32) 
         })
         .collect();
     changed.sort_unstable_by_key(|surfel| surfel.id);
-    ModelUpdate { stamp_ns, changed, removed: changes.removed.clone() }
+    ModelUpdate { stamp_ns, changed, removed: changes.removed.clone(), ..ModelUpdate::default() }
 }

@@ -3,7 +3,8 @@
 mod support;
 
 use protocol::v1::{self, from_server, to_server};
-use protocol::{PackedModel, limits};
+use protocol::limits;
+use replica::Replica;
 use support::{Client, TestServer, pose, wire_pair};
 
 const INGEST: &str = "/api/sessions/a/ingest";
@@ -22,14 +23,14 @@ async fn viewers_that_join_early_and_late_hold_the_servers_model() {
     let server = TestServer::start().await;
     server.open("a").await;
     let mut cart = server.join(INGEST).await;
-    let (mut early, mut late) = (PackedModel::default(), PackedModel::default());
+    let (mut early, mut late) = (Replica::default(), Replica::default());
     let mut first = server.join(VIEW).await;
     feed(&mut cart, 0..10).await;
     let mut second = server.join(VIEW).await;
     feed(&mut cart, 10..20).await;
-    first.follow_model(&mut early, |model| model.len() == 20).await;
-    second.follow_model(&mut late, |model| model.len() == 20).await;
-    assert_eq!(early, late);
+    first.follow_model(&mut early, |model| model.surfels().len() == 20).await;
+    second.follow_model(&mut late, |model| model.surfels().len() == 20).await;
+    assert_eq!((early.surfels(), early.digest()), (late.surfels(), late.digest()));
     let state = server.state("a").await;
     assert_eq!((state["surfels"].as_u64(), state["viewers"].as_u64()), (Some(20), Some(2)));
     assert_eq!(state["epoch"], early.epoch());
@@ -53,7 +54,7 @@ async fn a_viewer_hears_state_model_and_pose_in_one_stream() {
     }
     assert_eq!(state.unwrap().session, "a");
     assert!(newest_pose.unwrap().world_from_camera.is_some());
-    assert_eq!(model.unwrap().count, 1);
+    assert_eq!(model.unwrap().surfels_total, 1);
 }
 
 #[tokio::test]
@@ -63,12 +64,12 @@ async fn a_viewer_that_asks_is_seeded_anew() {
     let mut cart = server.join(INGEST).await;
     feed(&mut cart, 0..5).await;
     let mut viewer = server.join(VIEW).await;
-    let mut model = PackedModel::default();
-    viewer.follow_model(&mut model, |model| model.len() == 5).await;
+    let mut model = Replica::default();
+    viewer.follow_model(&mut model, |model| model.surfels().len() == 5).await;
     viewer.say(to_server::Body::Resync(v1::Resync { held_epoch: 2 })).await;
-    let mut again = PackedModel::default();
-    viewer.follow_model(&mut again, |model| model.len() == 5).await;
-    assert_eq!(again, model);
+    let mut again = Replica::default();
+    viewer.follow_model(&mut again, |model| model.surfels().len() == 5).await;
+    assert_eq!(again.surfels(), model.surfels());
 }
 
 #[tokio::test]

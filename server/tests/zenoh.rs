@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use protocol::keys::{self, Lane};
 use protocol::v1::{self, Reason, from_server, to_server};
-use protocol::{Bytes, PackedModel, SessionId, SnapshotAssembly};
+use protocol::{Bytes, SessionId};
+use replica::Replica;
 use support::{SIZE_PX, TestServer, calibration, pose, wire_pair, within};
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::liveliness::LivelinessToken;
@@ -120,10 +121,11 @@ async fn snapshot_and_epochs_are_the_servers_model() {
     }
     let viewer = Peer::connect(&server, "viewer").await;
     let epochs = viewer.subscribe(&Lane::ModelEpoch.key(&id("z"))).await;
-    let mut model = snapshot(&viewer).await;
-    assert_eq!(model.len(), 5);
+    let mut model = Replica::default();
+    snapshot(&viewer, &mut model).await;
+    assert_eq!(model.surfels().len(), 5);
     let mut sequence = 5;
-    while model.len() < 8 {
+    while model.surfels().len() < 8 {
         cart.put(sequence).await;
         sequence += 1;
         let Ok(Ok(sample)) = tokio::time::timeout(Duration::from_millis(100), epochs.recv_async()).await
@@ -131,30 +133,25 @@ async fn snapshot_and_epochs_are_the_servers_model() {
             continue;
         };
         let from_server::Body::Epoch(epoch) = decode(sample.payload()) else { panic!("not an epoch") };
-        if epoch.base_epoch > model.epoch() {
-            model = snapshot(&viewer).await;
-        } else if epoch.epoch > model.epoch() {
-            model.apply(&epoch).unwrap();
+        if model.take_epoch(&epoch).is_err() {
+            snapshot(&viewer, &mut model).await;
         }
     }
 }
 
-async fn snapshot(viewer: &Peer) -> PackedModel {
+async fn snapshot(viewer: &Peer, model: &mut Replica) {
     let chunks = viewer
         .session
         .get(Lane::ModelSnapshot.key(&id("z")))
         .consolidation(ConsolidationMode::None)
         .await
         .unwrap();
-    let mut assembly = SnapshotAssembly::default();
-    loop {
+    while !model.is_current() {
         let reply = within(chunks.recv_async()).await.expect("more chunks");
         let from_server::Body::Snapshot(chunk) = decode(reply.result().unwrap().payload()) else {
             panic!("not a chunk")
         };
-        if let Some(model) = assembly.push(&chunk).unwrap() {
-            return model;
-        }
+        model.take_chunk(&chunk).unwrap();
     }
 }
 

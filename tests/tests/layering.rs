@@ -15,6 +15,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("dense", &["geometry", "gpu"]),
     ("evaluation", &["geometry", "recording"]),
     ("mis-slam-cart", &["geometry", "protocol", "recording"]),
+    ("replica", &["protocol"]),
     (
         "mis-slam",
         &[
@@ -25,6 +26,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "mis-slam-cart",
             "protocol",
             "recording",
+            "replica",
             "simulator",
             "tracking",
         ],
@@ -36,6 +38,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
 /// Libraries that stay out of a package, so that it can be used without them.
 const FORBIDDEN: &[(&str, &[&str])] = &[
     ("protocol", &["tokio", "wgpu", "zenoh", "nalgebra"]),
+    ("replica", &["tokio", "wgpu", "zenoh", "nalgebra"]),
     ("geometry", &["tokio", "wgpu", "zenoh"]),
     ("tracking", &["tokio", "wgpu", "zenoh", "prost"]),
     ("dense", &["tokio", "zenoh", "prost"]),

@@ -7,11 +7,13 @@ import {
   SnapshotChunkSchema,
 } from '../src/generated/mis_slam/v1/model_pb';
 import { surfelDigest } from '../src/model/digest';
+import { FakeNodes } from './fake_nodes';
+import { packIds, packNumbers, packRecords } from './fake_pack';
 import { SyntheticSurface } from './synthetic_surface';
 
 const CHUNK_SURFELS = 2500;
-/** In each epoch one of so many surfels is updated. */
-const UPDATED_OF = 4;
+/** In each epoch one of so many surfels is sent anew; the others follow the nodes. */
+const UPDATED_OF = 64;
 /** Surfels that come and go at the edge of the patch. */
 const CHANGING = 500;
 
@@ -21,11 +23,13 @@ export class FakeModel {
   /** The digest of the next epoch is sent wrong. */
   corruptNext = false;
   private readonly surface: SyntheticSurface;
+  private readonly nodes: FakeNodes;
   private readonly versions = new Map<number, number>();
   private timeS = 0;
 
   constructor(surfels: number) {
     this.surface = new SyntheticSurface(surfels);
+    this.nodes = new FakeNodes(this.surface);
     for (let id = 0; id < this.surface.size; id++) this.versions.set(id, 1);
   }
 
@@ -35,6 +39,7 @@ export class FakeModel {
 
   /** Deforms the surface and says what changed; the last surfels are removed and added in turn. */
   advance(timeS: number): ModelEpoch {
+    const nodeTransforms = this.nodes.move(this.timeS, timeS);
     this.timeS = timeS;
     this.epoch += 1;
     const last = this.surface.size - CHANGING;
@@ -49,7 +54,9 @@ export class FakeModel {
     return create(ModelEpochSchema, {
       epoch: this.epoch,
       baseEpoch: this.epoch - 1,
-      removedIds: packNumbers(held ? changing : []),
+      nodeTransforms,
+      nodeReachM: this.nodes.reachM,
+      removedIds: packIds(held ? changing : []),
       added: this.block(held ? [] : changing),
       updated: this.block(updated),
       digest: (this.digest() ^ wrong) >>> 0,
@@ -59,34 +66,26 @@ export class FakeModel {
 
   snapshot(): SnapshotChunk[] {
     const ids = [...this.versions.keys()].sort((a, b) => a - b);
-    const count = Math.max(1, Math.ceil(ids.length / CHUNK_SURFELS));
-    return Array.from({ length: count }, (_, index) => {
-      const part = ids.slice(index * CHUNK_SURFELS, (index + 1) * CHUNK_SURFELS);
-      return create(SnapshotChunkSchema, {
-        epoch: this.epoch,
-        index,
-        count,
-        surfels: this.block(part),
-        versions: packNumbers(part.map((id) => this.versions.get(id) ?? 0)),
-        digest: this.digest(),
-      });
+    const count = 1 + Math.ceil(ids.length / CHUNK_SURFELS);
+    const header = { epoch: this.epoch, count, digest: this.digest(), nodeReachM: this.nodes.reachM };
+    const nodes = create(SnapshotChunkSchema, { ...header, index: 0, nodes: this.nodes.packed });
+    const surfels = Array.from({ length: count - 1 }, (_, run) => {
+      const part = ids.slice(run * CHUNK_SURFELS, (run + 1) * CHUNK_SURFELS);
+      const ages = part.map((id) => this.epoch - (this.versions.get(id) ?? 0));
+      const block = { surfels: this.block(part), versions: packNumbers(ages) };
+      return create(SnapshotChunkSchema, { ...header, index: run + 1, ...block });
     });
+    return [nodes, ...surfels];
   }
 
   private block(ids: readonly number[]) {
-    return create(PackedSurfelsSchema, {
-      ids: packNumbers(ids),
-      records: this.surface.pack(ids, this.timeS),
-    });
+    const records = packRecords(this.surface.pack(ids, this.timeS));
+    return create(PackedSurfelsSchema, { ids: packIds(ids), records });
   }
 
   private digest(): number {
-    let sum = 0;
+    let sum = this.nodes.digest;
     for (const [id, version] of this.versions) sum = (sum + surfelDigest(id, version)) >>> 0;
     return sum;
   }
-}
-
-function packNumbers(numbers: readonly number[]): Uint8Array {
-  return new Uint8Array(Uint32Array.from(numbers).buffer);
 }

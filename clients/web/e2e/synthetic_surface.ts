@@ -1,7 +1,8 @@
 /** A patch of breathing tissue: packed surfels, cheap enough to make thousands of them at every epoch. */
 import type { Surfel } from '../src/model/surfel_record';
 
-const PATCH_M = 0.09;
+/** Width of the patch. */
+export const PATCH_M = 0.09;
 const DEPTH_M = 0.085;
 const POSITION_STEP_M = 2e-5;
 const POSITION_ZERO = 1 << 20;
@@ -17,6 +18,11 @@ export class SyntheticSurface {
 
   get size(): number {
     return this.side * this.side;
+  }
+
+  /** Distance from the camera at a place of the patch. */
+  heightM(x: number, y: number, timeS: number): number {
+    return heightM(x, y, timeS);
   }
 
   /** Writes the 16-byte records of `ids` at `timeS`. */

@@ -1,39 +1,41 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { unpackIds, unpackSurfels, unpackVersions } from '../src/model/packed_surfels';
+import { packIds, packRecords } from '../e2e/fake_pack';
+import { unpackIds } from '../src/model/numbers';
+import { unpackSurfels, unpackVersions } from '../src/model/packed_surfels';
 import { surfelOf } from '../src/model/surfel_record';
 
-function bytesOf(...words: number[]): Uint8Array {
-  return new Uint8Array(Uint32Array.from(words).buffer);
-}
-
-test('ids are read wherever in a message they begin', () => {
-  const message = new Uint8Array([0xaa, ...bytesOf(1, 0xffffffff)]);
-  assert.deepEqual([...unpackIds('ids', message.subarray(1))], [1, 0xffffffff]);
+test('ids are read as gaps, up to the largest', () => {
+  const ids = [0, 1, 2, 130, 131, 0xffffffff];
+  assert.deepEqual([...unpackIds('ids', packIds(ids))], ids);
 });
 
-test('ids that do not strictly increase are refused', () => {
-  assert.throws(() => unpackIds('ids', bytesOf(1, 5, 5)), /id 5 at index 2 does not come after 5/);
-  assert.throws(() => unpackIds('ids', bytesOf(9, 3)), /id 3 at index 1 does not come after 9/);
+test('numbers that are cut short, too long or add up to too much are refused', () => {
+  assert.throws(() => unpackIds('ids', Uint8Array.of(5, 0x80)), /ids: number 1 is no LEB128/);
+  assert.throws(() => unpackIds('ids', Uint8Array.of(255, 255, 255, 255, 0x1f)), /number 0 is no LEB128/);
+  assert.throws(() => unpackIds('ids', Uint8Array.of(128, 128, 128, 128, 128, 0)), /number 0 is no LEB128/);
+  assert.throws(() => unpackIds('ids', Uint8Array.of(255, 255, 255, 255, 0x0f, 0)), /over 32 bits/);
+});
+
+test('records are read from planes', () => {
+  const records = Uint8Array.from({ length: 48 }, (_, i) => i);
+  const block = unpackSurfels({ ids: packIds([3, 5, 9]), records: packRecords(records) });
+  assert.deepEqual(new Uint8Array(block.records.buffer), records);
 });
 
 test('ragged arrays are refused', () => {
-  assert.throws(
-    () => unpackIds('removed_ids', new Uint8Array(5)),
-    /removed_ids has 5 bytes, no multiple of 4/,
-  );
-  const packed = { ids: bytesOf(1), records: new Uint8Array(15) };
+  const packed = { ids: packIds([1]), records: new Uint8Array(15) };
   assert.throws(() => unpackSurfels(packed), /records has 15 bytes, no multiple of 16/);
 });
 
 test('arrays that do not belong together are refused', () => {
-  const packed = { ids: bytesOf(1, 2), records: new Uint8Array(16) };
+  const packed = { ids: packIds([1, 2]), records: new Uint8Array(16) };
   assert.throws(() => unpackSurfels(packed), /records has 1 elements for 2 ids/);
-  assert.throws(() => unpackVersions(bytesOf(1), 2), /versions has 1 elements for 2 ids/);
+  assert.throws(() => unpackVersions(Uint8Array.of(1), 9, 2), /versions has 1 elements for 2 ids/);
 });
 
 test('a message with too many surfels is refused', () => {
-  assert.throws(() => unpackIds('ids', new Uint8Array(4 * ((1 << 20) + 1))), /the limit is 1048576/);
+  assert.throws(() => unpackIds('ids', new Uint8Array((1 << 20) + 1)), /the limit is 1048576/);
 });
 
 test('an absent block is an empty one', () => {

@@ -2,8 +2,10 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { surfelDigest } from '../src/model/digest';
-import { MAX_SURFELS_PER_MESSAGE, unpackSurfels } from '../src/model/packed_surfels';
+import { nodeDigest, surfelDigest } from '../src/model/digest';
+import { unpackTransforms } from '../src/model/nodes';
+import { MAX_SURFELS_PER_MESSAGE } from '../src/model/numbers';
+import { unpackSurfels } from '../src/model/packed_surfels';
 import { surfelOf } from '../src/model/surfel_record';
 
 const specification = readFileSync('../../protocol/SPEC.md', 'utf8');
@@ -16,7 +18,7 @@ test('the golden surfel decodes to the values that the specification gives', () 
   const hex = /\b[0-9a-f]{32}\b/.exec(specification)?.[0];
   assert.ok(hex, 'SPEC.md has an example of 16 bytes');
   const records = new Uint8Array(Buffer.from(hex, 'hex'));
-  const block = unpackSurfels({ ids: new Uint8Array([7, 0, 0, 0]), records });
+  const block = unpackSurfels({ ids: new Uint8Array([7]), records });
   const surfel = surfelOf(block.records, 0);
   assert.deepEqual([...block.ids], [7]);
   [0.0123, -0.0456, 0.0789].forEach((value, axis) => {
@@ -36,6 +38,21 @@ test('the digest is that of the table in the specification', () => {
   for (const [, id, version, hash] of rows) {
     assert.equal(surfelDigest(Number(id), Number(version)), Number(hash));
   }
+});
+
+test('the hashes of nodes are those of the table in the specification', () => {
+  const rows = [...specification.matchAll(/\| (\d+) \| (-?\d+), (-?\d+), (-?\d+) \| (0x[0-9a-f]{8}) \|/g)];
+  assert.ok(rows.length >= 2, 'SPEC.md has a table of node hashes');
+  for (const [, id, x, y, z, hash] of rows) {
+    assert.equal(nodeDigest(Number(id), Number(x), Number(y), Number(z)), Number(hash));
+  }
+});
+
+test('the golden transform decodes to the codes that the specification gives', () => {
+  const hex = /\b[0-9a-f]{48}\b/.exec(specification)?.[0];
+  assert.ok(hex, 'SPEC.md has an example of 24 bytes');
+  const codes = unpackTransforms(new Uint8Array(Buffer.from(hex, 'hex')), 1);
+  assert.deepEqual([...codes], [250, -1, 0, 300, 0, 0, 0, -41, 0, 0, 0, 1]);
 });
 
 test('the limit of surfels in one message is that of the specification', () => {

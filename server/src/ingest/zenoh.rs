@@ -6,7 +6,7 @@ use std::sync::Arc;
 use protocol::SessionId;
 use protocol::keys::{self, Lane};
 use protocol::v1::{StereoPair, to_server};
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 use zenoh::bytes::ZBytes;
 use zenoh::query::Query;
 use zenoh::sample::{Sample, SampleKind};
@@ -20,6 +20,8 @@ use crate::session::registry::Registry;
 
 /// Calibrations, queries and refusals that wait; more are dropped and logged.
 const REQUESTS_WAITING_MAX: usize = 64;
+/// Snapshots that are packed and sent at a time.
+const SNAPSHOTS_MAX: usize = 64;
 
 /// Opens the peer: only the endpoints of the configuration, no scouting.
 ///
@@ -73,7 +75,8 @@ pub async fn serve(
         .declare_subscriber(keys::ALL_SOURCES)
         .callback(move |token| callbacks.note_liveliness(&token))
         .await?;
-    let requests = Requests { zenoh: zenoh.clone(), registry, message_max_bytes };
+    let snapshots = Arc::new(Semaphore::new(SNAPSHOTS_MAX));
+    let requests = Requests { zenoh: zenoh.clone(), registry, message_max_bytes, snapshots };
     while let Some(request) = waiting.recv().await {
         if let Err(error) = requests.answer(request).await {
             tracing::warn!(%error, "a zenoh request was not answered");

@@ -5,11 +5,14 @@ use std::sync::Arc;
 use protocol::keys;
 use protocol::v1::{Calibration, Hello, Reason, Refusal, from_server, to_server};
 use protocol::{Bytes, ProtocolError, SessionId};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use zenoh::bytes::ZBytes;
 use zenoh::query::Query;
 use zenoh::sample::Sample;
 
+use crate::convert;
 use crate::http::socket::{answer, own_hello};
+use crate::publish::model_lane::{Seed, ViewerWishes};
 use crate::publish::zenoh::ZenohError;
 use crate::session::intake::Rejection;
 use crate::session::lifecycle::SourceId;
@@ -79,6 +82,8 @@ pub(super) struct Requests {
     pub zenoh: zenoh::Session,
     pub registry: Arc<Registry>,
     pub message_max_bytes: usize,
+    /// Snapshots that may be packed and sent at a time.
+    pub snapshots: Arc<Semaphore>,
 }
 
 impl Requests {
@@ -96,13 +101,45 @@ impl Requests {
                 let payload = query.payload().cloned().unwrap_or_default();
                 reply(&query, self.greet(&payload).map(|hello| vec![hello])).await
             }
-            Request::Snapshot(query) => {
-                let session =
-                    session_of(query.key_expr().as_str()).and_then(|id| self.registry.find(id.as_str()));
-                reply(&query, session.map(|session| session.hub().model.snapshot())).await
-            }
+            Request::Snapshot(query) => self.answer_with_snapshot(query).await,
             Request::Refusal { key, refusal } => self.refuse(key, refusal).await,
         }
+    }
+
+    /// Packing the model takes a while: other requests do not wait for it.
+    async fn answer_with_snapshot(&self, query: Query) -> Result<(), ZenohError> {
+        let found = session_of(query.key_expr().as_str())
+            .and_then(|id| self.registry.find(id.as_str()))
+            .and_then(|session| Ok((session, self.wishes(&query)?, self.snapshot_slot()?)));
+        let (session, wishes, slot) = match found {
+            Ok(found) => found,
+            Err(rejection) => return reply(&query, Err(rejection)).await,
+        };
+        tokio::spawn(async move {
+            let _slot = slot;
+            let model = session.hub().model.subscribe(Seed::Whole);
+            model.set_wishes(wishes);
+            let chunks = model.whole().await;
+            let ended = || Rejection::new(Reason::UnknownSession, "the session has ended");
+            if let Err(error) = reply(&query, chunks.ok_or_else(ended)).await {
+                tracing::warn!(%error, "a snapshot was not sent over zenoh");
+            }
+        });
+        Ok(())
+    }
+
+    fn wishes(&self, query: &Query) -> Result<ViewerWishes, Rejection> {
+        let Some(payload) = query.payload() else { return Ok(ViewerWishes::default()) };
+        match read_envelope(payload, self.message_max_bytes)?.body {
+            Some(to_server::Body::View(view)) => Ok(convert::wishes_from_wire(&view)),
+            Some(to_server::Body::Resync(_)) | None => Ok(ViewerWishes::default()),
+            Some(_) => Err(misplaced()),
+        }
+    }
+
+    fn snapshot_slot(&self) -> Result<OwnedSemaphorePermit, Rejection> {
+        let full = |_| Rejection::new(Reason::Internal, "too many snapshots are under way");
+        Arc::clone(&self.snapshots).try_acquire_owned().map_err(full)
     }
 
     async fn answer_put(&self, put: &Sample) -> Result<(), ZenohError> {

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
+use model_lane::LagLimits;
+
 pub mod model_lane;
 pub mod viewer;
 pub mod zenoh;
@@ -24,14 +26,19 @@ pub struct PublishConfig {
     pub preview_jpeg_quality: u8,
     /// Model epochs waiting for one viewer; beyond it the viewer is seeded anew.
     pub viewer_budget_mib: f64,
+    /// Age of the oldest of them; beyond it likewise.
+    pub viewer_lag_s: f64,
     /// A viewer that takes nothing for this time is let go.
     pub viewer_stall_s: f64,
 }
 
 impl PublishConfig {
-    /// [`Self::viewer_budget_mib`] in bytes.
-    pub fn viewer_budget_bytes(&self) -> usize {
-        (self.viewer_budget_mib * f64::from(1 << 20)) as usize
+    /// What one viewer may lag behind.
+    pub fn lag_limits(&self) -> LagLimits {
+        LagLimits {
+            bytes: (self.viewer_budget_mib * f64::from(1 << 20)) as usize,
+            age: Duration::try_from_secs_f64(self.viewer_lag_s).unwrap_or(Duration::MAX),
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use protocol::v1::{Reason, to_server};
 
 use super::model_lane::Seed;
+use crate::convert;
 use crate::http::socket::{Ending, Peer, newest, session_closed};
 use crate::session::hub::Hub;
 use crate::session::intake::Rejection;
@@ -37,6 +38,7 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
             ending = session_closed(&mut closing, hub.id()) => return Err(ending),
             message = peer.receive() => match message? {
                 Some(to_server::Body::Resync(_)) => model.resync(),
+                Some(to_server::Body::View(view)) => model.set_wishes(convert::wishes_from_wire(&view)),
                 Some(_) => return Err(misplaced()),
                 None => {}
             },
@@ -48,5 +50,5 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
 }
 
 fn misplaced() -> Ending {
-    Ending::Refused(Rejection::new(Reason::MalformedMessage, "a viewer sends nothing but resync"))
+    Ending::Refused(Rejection::new(Reason::MalformedMessage, "a viewer sends nothing but view and resync"))
 }

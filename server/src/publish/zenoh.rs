@@ -55,7 +55,8 @@ struct Lanes<'a> {
 }
 
 impl<'a> Lanes<'a> {
-    /// Model and state must arrive; a pose or preview that would have to wait is outdated.
+    /// State must arrive; a pose or preview that would have to wait is outdated. An epoch that would have to wait for
+    /// one slow subscriber would hold up all: that one finds the gap and asks for a snapshot.
     async fn declare(zenoh: &'a zenoh::Session, id: &SessionId) -> Result<Self, ZenohError> {
         let lane = |lane: Lane, congestion, priority| {
             zenoh.declare_publisher(lane.key(id)).congestion_control(congestion).priority(priority)
@@ -64,7 +65,7 @@ impl<'a> Lanes<'a> {
             pose: lane(Lane::Pose, CongestionControl::Drop, Priority::RealTime).express(true).await?,
             state: lane(Lane::State, CongestionControl::Block, Priority::DataHigh).await?,
             preview: lane(Lane::Preview, CongestionControl::Drop, Priority::DataLow).await?,
-            model: lane(Lane::ModelEpoch, CongestionControl::Block, Priority::Data).await?,
+            model: lane(Lane::ModelEpoch, CongestionControl::Drop, Priority::Data).await?,
         })
     }
 }

@@ -196,7 +196,7 @@ impl Sink for Collector {
         let surfels = model.surfels()?;
         if let Some(stream) = &mut unpoisoned(self.collected.lock()).stream {
             stream.publish(last_stamp_ns, &model.take_changes()?)?;
-            stream.compare(&surfels)?;
+            stream.compare(&surfels);
         }
         let picture = picture(model, &surfels)?;
         let mut collected = unpoisoned(self.collected.lock());

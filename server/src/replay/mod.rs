@@ -141,7 +141,7 @@ pub fn replay(
     let calibration = checked_calibration(&reader, config)?;
     files::make_directories(options)?;
     let gpu = Arc::new(Gpu::open(&config.gpu.clone().with_environment())?);
-    let stream = StreamMeter::new(config.publish.viewer_budget_bytes(), config.dense.fusion.weight_max);
+    let stream = StreamMeter::new(config.publish.lag_limits(), config.dense.fusion.weight_max);
     let truth = PointTruth::load(&reader)?;
     let collector = Arc::new(Collector::new(options.running(), Some(stream), truth));
     let policy = match options.pace {

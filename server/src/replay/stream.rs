@@ -2,56 +2,52 @@
 
 use dense::{ChangeSet, Surfel};
 use protocol::v1::from_server::Body;
-use protocol::{PackedModel, SnapshotAssembly, decode_from_server};
+use protocol::decode_from_server;
+use replica::Replica;
 
 use super::report::StreamSummary;
 use crate::convert;
-use crate::publish::model_lane::ModelLane;
+use crate::publish::model_lane::{LagLimits, ModelLane};
 use crate::session::worker::SinkError;
 
-/// Publishes every change as a live session would and adds up the bytes.
+/// Publishes every change as a live session would, follows as a viewer does, and adds up the bytes.
 pub struct StreamMeter {
     lane: ModelLane,
     weight_max: f32,
+    viewer: Replica,
     summary: StreamSummary,
 }
 
 impl StreamMeter {
     /// Nothing published yet.
-    pub fn new(budget_bytes: usize, weight_max: f32) -> Self {
-        Self { lane: ModelLane::new(budget_bytes), weight_max, summary: StreamSummary::default() }
+    pub fn new(limits: LagLimits, weight_max: f32) -> Self {
+        let viewer = Replica::from_the_start();
+        Self { lane: ModelLane::new(limits), weight_max, viewer, summary: StreamSummary::default() }
     }
 
     /// One epoch.
+    ///
+    /// # Errors
+    /// What the lane or the viewer refuses.
     pub fn publish(&mut self, stamp_ns: u64, changes: &ChangeSet) -> Result<(), SinkError> {
         let published = self.lane.publish(&convert::model_update(stamp_ns, changes, self.weight_max))?;
-        self.summary.bytes += published.bytes as u64;
+        self.summary.bytes += published.message.len() as u64;
         self.summary.epochs += 1;
+        if let Some(Body::Epoch(epoch)) = decode_from_server(published.message)?.body {
+            self.viewer.take_epoch(&epoch)?;
+        }
         Ok(())
     }
 
-    /// Compares what a late joiner would get with the model itself.
-    pub fn compare(&mut self, model: &[Surfel]) -> Result<(), SinkError> {
-        let Some(viewer) = self.late_joiner()? else { return Ok(()) };
-        for seen in viewer.surfels() {
-            if let Ok(index) = model.binary_search_by_key(&seen.id, |surfel| surfel.id) {
+    /// Compares what the viewer holds with the model itself.
+    pub fn compare(&mut self, model: &[Surfel]) {
+        let table = self.viewer.surfels();
+        for (&id, seen) in table.ids().iter().zip(table.rows()) {
+            if let Ok(index) = model.binary_search_by_key(&id, |surfel| surfel.id) {
                 let error_mm = distance_mm(model[index].position, seen.position_in_world_m);
                 self.summary.max_error_mm = self.summary.max_error_mm.max(error_mm);
             }
         }
-        Ok(())
-    }
-
-    fn late_joiner(&self) -> Result<Option<PackedModel>, SinkError> {
-        let mut assembly = SnapshotAssembly::default();
-        for chunk in self.lane.snapshot() {
-            if let Some(Body::Snapshot(chunk)) = decode_from_server(chunk)?.body
-                && let Some(model) = assembly.push(&chunk)?
-            {
-                return Ok(Some(model));
-            }
-        }
-        Ok(None)
     }
 
     /// The sums, over `duration_s` of the recording's own time.

@@ -103,7 +103,7 @@ impl Hub {
             pose: watch::Sender::new(None),
             state: watch::Sender::new(None),
             preview: watch::Sender::new(None),
-            model: ModelLane::new(publish.viewer_budget_bytes()),
+            model: ModelLane::new(publish.lag_limits()),
             refusals: broadcast::Sender::new(REFUSALS_WAITING_MAX),
             closing: watch::Sender::new(None),
         };
@@ -242,6 +242,9 @@ impl Hub {
             facts.pose_of = facts.arrivals.of(update.stamp_ns);
             facts.pose_of.map_or(Duration::ZERO, |arrival| now.duration_since(arrival))
         };
+        if let Some(pose) = &update.world_from_camera {
+            self.model.set_scope([pose.tx_m, pose.ty_m, pose.tz_m].map(|value| value as f32));
+        }
         let pose = Pose {
             stamp_ns: update.stamp_ns,
             sequence: update.sequence,

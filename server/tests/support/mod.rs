@@ -17,8 +17,9 @@ use mis_slam::session::mailbox::MailboxReceiver;
 use mis_slam::session::registry::Registry;
 use mis_slam::session::worker::StereoPair;
 use protocol::v1::{self, TrackingOutcome, from_server, to_server};
-use protocol::{PackedModel, SnapshotAssembly, WireSurfel};
+use protocol::WireSurfel;
 use recording::Calibration;
+use replica::Replica;
 use tokio::net::TcpStream;
 use tokio::sync::oneshot;
 use tokio_tungstenite::tungstenite::{Error, Message};
@@ -212,16 +213,11 @@ impl Client {
     }
 
     /// Follows the model lane until the model is as wanted.
-    pub async fn follow_model(&mut self, model: &mut PackedModel, wanted: impl Fn(&PackedModel) -> bool) {
-        let mut assembly = SnapshotAssembly::default();
+    pub async fn follow_model(&mut self, model: &mut Replica, wanted: impl Fn(&Replica) -> bool) {
         while !wanted(model) {
             match self.hear().await {
-                from_server::Body::Snapshot(chunk) => {
-                    if let Some(seeded) = assembly.push(&chunk).unwrap() {
-                        *model = seeded;
-                    }
-                }
-                from_server::Body::Epoch(epoch) => model.apply(&epoch).unwrap(),
+                from_server::Body::Snapshot(chunk) => drop(model.take_chunk(&chunk).unwrap()),
+                from_server::Body::Epoch(epoch) => drop(model.take_epoch(&epoch).unwrap()),
                 _ => {}
             }
         }
@@ -317,6 +313,6 @@ fn publish(hub: &Hub, pair: &StereoPair, id: u32) {
         color: [180, 90, 80],
         confidence: 1.0,
     };
-    let update = ModelUpdate { stamp_ns: pair.stamp_ns, changed: vec![surfel], removed: vec![] };
+    let update = ModelUpdate { stamp_ns: pair.stamp_ns, changed: vec![surfel], ..ModelUpdate::default() };
     hub.publish_model(&update).unwrap();
 }

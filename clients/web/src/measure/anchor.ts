@@ -1,5 +1,3 @@
-import { WORDS_PER_RECORD } from '../model/packed_surfels';
-import { positionOf } from '../model/surfel_record';
 import type { SurfelStore } from '../model/surfel_store';
 import type { Point } from '../scene/picking';
 
@@ -15,7 +13,7 @@ export class Anchor {
     private surfel: number,
   ) {
     const slot = store.slot(surfel);
-    this.positionM = slot === undefined ? [0, 0, 0] : positionOf(store.words, slot * WORDS_PER_RECORD);
+    this.positionM = slot === undefined ? [0, 0, 0] : store.position(slot);
   }
 
   /** The surfel that it is bound to. */
@@ -33,7 +31,7 @@ export class Anchor {
     const slot = this.store.slot(this.surfel) ?? this.nearestSlot();
     if (slot === undefined) return undefined;
     this.surfel = this.store.id(slot);
-    this.positionM = positionOf(this.store.words, slot * WORDS_PER_RECORD);
+    this.positionM = this.store.position(slot);
     return slot;
   }
 
@@ -41,7 +39,7 @@ export class Anchor {
     let nearest: number | undefined;
     let nearestM = REBIND_WITHIN_M;
     for (let slot = 0; slot < this.store.size; slot++) {
-      const [x, y, z] = positionOf(this.store.words, slot * WORDS_PER_RECORD);
+      const [x, y, z] = this.store.position(slot);
       const distanceM = Math.hypot(x - this.positionM[0], y - this.positionM[1], z - this.positionM[2]);
       if (distanceM >= nearestM) continue;
       nearestM = distanceM;

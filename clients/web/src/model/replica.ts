@@ -1,27 +1,32 @@
 import type { ModelEpoch, SnapshotChunk } from '../generated/mis_slam/v1/model_pb';
 import { surfelDigest } from './digest';
-import {
-  type SurfelBlock,
-  unpackIds,
-  unpackSurfels,
-  unpackVersions,
-  WORDS_PER_RECORD,
-} from './packed_surfels';
+import { NO_NODES, type Nodes, nodesAfter, nodesDigest, unpackNodes, unpackTransforms } from './nodes';
+import { unpackIds } from './numbers';
+import { type SurfelBlock, unpackSurfels, unpackVersions, WORDS_PER_RECORD } from './packed_surfels';
 import { ProtocolError } from './protocol_error';
 import type { SurfelStore } from './surfel_store';
+import { Warp } from './warp';
+
+/** A snapshot under way; its chunks may come in any order. */
+interface Seeding {
+  readonly kind: 'seeding';
+  readonly epoch: number;
+  readonly digest: number;
+  readonly count: number;
+  readonly seenChunks: Set<number>;
+  readonly seenIds: Set<number>;
+  nodes: Nodes;
+}
 
 /**
- * Where the replica stands: it waits for chunk 0 of a snapshot, takes chunks in, or follows the epochs.
+ * Where the replica stands: it waits for a snapshot, takes its chunks in, or follows the epochs.
  * Transitions happen in `applyChunk`, `applyEpoch` and `forget` only.
  */
-type Phase =
-  | { readonly kind: 'waiting' }
-  | { readonly kind: 'seeding'; readonly epoch: number; nextChunk: number; readonly seenIds: Set<number> }
-  | { readonly kind: 'following'; readonly epoch: number };
+type Phase = { readonly kind: 'waiting' } | Seeding | { readonly kind: 'following'; readonly epoch: number };
 
 /** What a message of the model lane did. */
 export type Applied =
-  /** Nothing: an epoch, or the rest of an old snapshot, while a snapshot is awaited or under way. */
+  /** Nothing: an epoch while a snapshot is awaited or under way. */
   | 'ignored'
   /** A part of a snapshot is in. */
   | 'seeding'
@@ -36,6 +41,8 @@ export type Applied =
 export class Replica {
   private phase: Phase = { kind: 'waiting' };
   private heldEpoch = 0;
+  private nodes = NO_NODES;
+  private reachM = 0;
 
   constructor(private readonly store: SurfelStore) {}
 
@@ -54,21 +61,35 @@ export class Replica {
     this.phase = { kind: 'waiting' };
   }
 
+  /** Digest over surfels and nodes. */
+  get digest(): number {
+    return modulo32(this.store.digest + nodesDigest(this.nodes));
+  }
+
+  /** Deformation nodes held. */
+  get nodeCount(): number {
+    return this.nodes.ids.length;
+  }
+
   applyChunk(chunk: SnapshotChunk): Applied {
-    // The rest of a snapshot that was given up.
-    if (this.phase.kind === 'waiting' && chunk.index !== 0) return 'ignored';
     return this.orForget(() => {
       const seeding = this.seedingFor(chunk);
+      if (chunk.index >= chunk.count) {
+        throw new ProtocolError(`snapshot chunk ${chunk.index} of ${chunk.count}`);
+      }
       const { ids, records } = unpackSurfels(chunk.surfels);
-      const versions = unpackVersions(chunk.versions, ids.length);
+      const versions = unpackVersions(chunk.versions, chunk.epoch, ids.length);
+      if (chunk.nodes !== undefined) seeding.nodes = unpackNodes(chunk.nodes);
       ids.forEach((id, i) => {
         seeding.seenIds.add(id);
         this.store.put(id, versions[i] as number, records, i * WORDS_PER_RECORD);
       });
-      seeding.nextChunk = chunk.index + 1;
-      if (seeding.nextChunk < chunk.count) return 'seeding';
+      seeding.seenChunks.add(chunk.index);
+      if (seeding.seenChunks.size < chunk.count) return 'seeding';
       this.store.retain(seeding.seenIds);
-      expectDigest(chunk.epoch, this.store.digest, chunk.digest);
+      this.nodes = seeding.nodes;
+      this.reachM = chunk.nodeReachM;
+      expectDigest(chunk.epoch, this.digest, chunk.digest);
       return this.follow(chunk.epoch);
     });
   }
@@ -80,10 +101,17 @@ export class Replica {
       if (epoch.baseEpoch !== phase.epoch) {
         throw new ProtocolError(`epoch ${epoch.epoch} applies to ${epoch.baseEpoch}, held is ${phase.epoch}`);
       }
+      const transforms = unpackTransforms(epoch.nodeTransforms, this.nodes.ids.length);
+      const removedNodes = unpackIds('removed_node_ids', epoch.removedNodeIds);
+      const nodes = nodesAfter(this.nodes, transforms, removedNodes, unpackNodes(epoch.addedNodes));
       const removed = unpackIds('removed_ids', epoch.removedIds);
       const added = unpackSurfels(epoch.added);
       const updated = unpackSurfels(epoch.updated);
-      expectDigest(epoch.epoch, this.digestAfter(epoch.epoch, removed, added, updated), epoch.digest);
+      const surfels = this.digestAfter(epoch.epoch, removed, added, updated);
+      expectDigest(epoch.epoch, modulo32(surfels + nodesDigest(nodes)), epoch.digest);
+      if (transforms.length > 0) this.store.deform(new Warp(this.nodes, this.reachM, transforms));
+      this.nodes = nodes;
+      this.reachM = epoch.nodeReachM;
       for (const id of removed) this.store.remove(id);
       this.putAll(epoch.epoch, updated);
       this.putAll(epoch.epoch, added);
@@ -91,25 +119,19 @@ export class Replica {
     });
   }
 
-  private seedingFor(chunk: SnapshotChunk): Extract<Phase, { kind: 'seeding' }> {
-    if (chunk.index === 0) {
-      const seeding = {
-        kind: 'seeding' as const,
-        epoch: chunk.epoch,
-        nextChunk: 0,
-        seenIds: new Set<number>(),
-      };
-      this.phase = seeding;
-      return seeding;
-    }
+  /** The snapshot that a chunk is of: the one under way, or a new one. */
+  private seedingFor(chunk: SnapshotChunk): Seeding {
+    const { epoch, digest, count } = chunk;
     const phase = this.phase;
-    if (phase.kind !== 'seeding' || phase.nextChunk !== chunk.index || phase.epoch !== chunk.epoch) {
-      throw new ProtocolError(`chunk ${chunk.index} of epoch ${chunk.epoch} came out of order`);
-    }
-    return phase;
+    const underWay = phase.kind === 'seeding' && phase.epoch === epoch && phase.digest === digest;
+    if (underWay && phase.count === count) return phase;
+    const started = { seenChunks: new Set<number>(), seenIds: new Set<number>(), nodes: NO_NODES };
+    const seeding: Seeding = { kind: 'seeding', epoch, digest, count, ...started };
+    this.phase = seeding;
+    return seeding;
   }
 
-  /** The digest that the model will have, found before anything is changed. */
+  /** The digest that the surfels will have, found before anything is changed. */
   private digestAfter(epoch: number, removed: Uint32Array, added: SurfelBlock, updated: SurfelBlock): number {
     let digest = this.store.digest;
     for (const id of removed) digest -= surfelDigest(id, this.heldVersion(id));

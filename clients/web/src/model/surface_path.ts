@@ -3,8 +3,6 @@
  * within a reach of several point spacings, so that it hardly zigzags.
  */
 import TinyQueue from 'tinyqueue';
-import { WORDS_PER_RECORD } from './packed_surfels';
-import { positionOf } from './surfel_record';
 import type { SurfelStore } from './surfel_store';
 
 type Point = readonly [number, number, number];
@@ -25,8 +23,8 @@ const DETOUR_FLOOR_M = 0.005;
 
 /** Undefined where no way leads over the surface from one slot to the other. */
 export function surfacePath(store: SurfelStore, from: number, to: number): SurfacePath | undefined {
-  const start = positionOf(store.words, from * WORDS_PER_RECORD);
-  const end = positionOf(store.words, to * WORDS_PER_RECORD);
+  const start = store.position(from);
+  const end = store.position(to);
   const graph = pointsBetween(store, start, end);
   const previous = shortestWays(graph);
   return previous === undefined ? undefined : pathTo(graph, previous);
@@ -43,7 +41,7 @@ function pointsBetween(store: SurfelStore, start: Point, end: Point): Graph {
   const reachM = MAX_DETOUR * distance(start, end) + DETOUR_FLOOR_M;
   const inside: Point[] = [];
   for (let slot = 0; slot < store.size; slot++) {
-    const point = positionOf(store.words, slot * WORDS_PER_RECORD);
+    const point = store.position(slot);
     if (distance(point, start) + distance(point, end) <= reachM) inside.push(point);
   }
   let cellM = FINEST_CELL_M;

@@ -1,7 +1,4 @@
-/**
- * One packed surfel, decoded on the CPU. The shader of scene/surfel_shader.ts decodes the same layout
- * (protocol/SPEC.md) on the GPU; this is for what the page itself computes: bounds and tests.
- */
+/** One packed surfel (protocol/SPEC.md), decoded. */
 
 /** A surfel in world coordinates. */
 export interface Surfel {
@@ -22,7 +19,7 @@ const RADIUS_UNIT_M = 1e-5;
 const RADIUS_CODES_PER_OCTAVE = 16;
 
 /** Position of the record that starts at word `offset`, in metres. */
-export function positionOf(words: Uint32Array, offset: number): [number, number, number] {
+function positionOf(words: Uint32Array, offset: number): [number, number, number] {
   const low = word(words, offset);
   const high = word(words, offset + 1);
   const x = low & POSITION_MASK;

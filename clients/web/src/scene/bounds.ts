@@ -1,5 +1,3 @@
-import { WORDS_PER_RECORD } from '../model/packed_surfels';
-import { positionOf } from '../model/surfel_record';
 import type { SurfelStore } from '../model/surfel_store';
 
 /** A sphere in world coordinates, metres. */
@@ -17,8 +15,7 @@ export function modelBounds(store: SurfelStore): Bounds | undefined {
   if (store.size === 0) return undefined;
   const step = Math.max(1, Math.floor(store.size / SAMPLES));
   const points: [number, number, number][] = [];
-  for (let slot = 0; slot < store.size; slot += step)
-    points.push(positionOf(store.words, slot * WORDS_PER_RECORD));
+  for (let slot = 0; slot < store.size; slot += step) points.push(store.position(slot));
   const middleOf = (axis: 0 | 1 | 2) => {
     const sorted = points.map((point) => point[axis]).sort((a, b) => a - b);
     return (quantile(sorted, 1 - INSIDE) + quantile(sorted, INSIDE)) / 2;

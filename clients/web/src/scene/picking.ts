@@ -1,5 +1,3 @@
-import { WORDS_PER_RECORD } from '../model/packed_surfels';
-import { positionOf, surfelOf } from '../model/surfel_record';
 import type { SurfelStore } from '../model/surfel_store';
 
 export type Point = readonly [number, number, number];
@@ -22,7 +20,7 @@ export function pickSurfel(store: SurfelStore, ray: Ray, clip?: Plane): number |
   let nearest: number | undefined;
   let nearestM = Number.POSITIVE_INFINITY;
   for (let slot = 0; slot < store.size; slot++) {
-    const centre = positionOf(store.words, slot * WORDS_PER_RECORD);
+    const centre = store.position(slot);
     const toCentre = minus(centre, ray.origin);
     const along = dot(toCentre, ray.direction);
     if (along <= 0 || along - MAX_DISC_M > nearestM) continue;
@@ -38,7 +36,9 @@ export function pickSurfel(store: SurfelStore, ray: Ray, clip?: Plane): number |
 
 /** Distance along the ray to the disc in `slot`, or undefined where the ray misses it. */
 function meetsDisc(store: SurfelStore, slot: number, ray: Ray): number | undefined {
-  const { positionM, normal, radiusM } = surfelOf(store.words, slot * WORDS_PER_RECORD);
+  const positionM = store.position(slot);
+  const normal = store.normal(slot);
+  const radiusM = store.radiusM(slot);
   const facing = dot(normal, ray.direction);
   if (Math.abs(facing) < 1e-3) return undefined;
   const alongM = dot(minus(positionM, ray.origin), normal) / facing;

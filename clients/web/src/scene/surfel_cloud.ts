@@ -13,8 +13,7 @@ import {
   Vector4,
 } from 'three';
 import type { SlotRange } from '../model/dirty_pages';
-import { WORDS_PER_RECORD } from '../model/packed_surfels';
-import type { SurfelStore } from '../model/surfel_store';
+import { NORMAL_SIZE, PLACE_SIZE, type SurfelStore } from '../model/surfel_store';
 import { COLORINGS, type Coloring, colorMapTexture, scaleOf, type ValueRange } from './coloring';
 import { fragmentShader, vertexShader } from './surfel_shader';
 
@@ -33,7 +32,7 @@ export class SurfelCloud {
     this.mesh = new Mesh(square(), this.material);
     this.setAttributes();
     this.mesh.geometry.instanceCount = 0;
-    // The bounds of packed records are unknown to three.js.
+    // three.js would take the bounds of one square.
     this.mesh.frustumCulled = false;
   }
 
@@ -78,9 +77,11 @@ export class SurfelCloud {
     const newcomers = this.store.takeNewcomers();
     const resized = geometry.instanceCount !== this.store.size;
     geometry.instanceCount = this.store.size;
-    if (this.attributes.record.array !== this.store.words) this.replaceBuffers();
+    if (this.attributes.place.array !== this.store.places) this.replaceBuffers();
     else {
-      uploadRanges(this.attributes.record, changed);
+      uploadRanges(this.attributes.place, changed);
+      uploadRanges(this.attributes.facing, changed);
+      uploadRanges(this.attributes.appearance, changed);
       uploadRanges(this.attributes.version, changed);
       uploadRanges(this.attributes.origin, newcomers);
     }
@@ -115,7 +116,9 @@ export class SurfelCloud {
 
 /** Instanced attributes by their names in the shader. */
 interface Attributes {
-  readonly record: InstancedBufferAttribute;
+  readonly place: InstancedBufferAttribute;
+  readonly facing: InstancedBufferAttribute;
+  readonly appearance: InstancedBufferAttribute;
   readonly version: InstancedBufferAttribute;
   readonly origin: InstancedBufferAttribute;
 }
@@ -124,7 +127,9 @@ type Uniforms = ReturnType<typeof initialUniforms>;
 
 function attributesOf(store: SurfelStore): Attributes {
   return {
-    record: dynamic(new InstancedBufferAttribute(store.words, WORDS_PER_RECORD)),
+    place: dynamic(new InstancedBufferAttribute(store.places, PLACE_SIZE)),
+    facing: dynamic(new InstancedBufferAttribute(store.normals, NORMAL_SIZE)),
+    appearance: dynamic(new InstancedBufferAttribute(store.colors, 1)),
     version: dynamic(new InstancedBufferAttribute(store.versionWords, 1)),
     origin: dynamic(new InstancedBufferAttribute(store.originsM, 3)),
   };

@@ -1,7 +1,4 @@
-/**
- * Draws packed surfels (protocol/SPEC.md) as oriented discs: one instance of a square for each 16-byte
- * record, which the vertex shader decodes. Nothing is unpacked on the CPU.
- */
+/** Draws surfels as oriented discs: one instance of a square for each. */
 
 /** Corners of the square are (+-1, +-1); the disc is its inscribed circle. */
 export const vertexShader = /* glsl */ `
@@ -12,7 +9,11 @@ export const vertexShader = /* glsl */ `
   uniform uint epoch;
   uniform sampler2D colorMap;
   in vec2 corner;
-  in uvec4 record;
+  // centre and radius, metres
+  in vec4 place;
+  in vec3 facing;
+  // red, green, blue, confidence, from the low byte up
+  in uint appearance;
   in vec3 origin;
   in uint version;
   out vec2 onDisc;
@@ -24,22 +25,6 @@ export const vertexShader = /* glsl */ `
   const float OVERLAP = 1.4142;
   const vec3 CLAY = vec3(0.80, 0.78, 0.75);
 
-  vec3 unpackPosition(uvec2 word) {
-    uvec3 code = uvec3(
-      word.x & 0x1FFFFFu,
-      (word.x >> 21) | ((word.y & 0x3FFu) << 11),
-      (word.y >> 10) & 0x1FFFFFu);
-    return vec3(ivec3(code) - 1048576) * 2e-5;
-  }
-
-  vec3 unpackNormal(uint word) {
-    vec2 axes = min(vec2(ivec2(word & 0xFFFu, (word >> 12) & 0xFFFu) - 2047) / 2047.0, 1.0);
-    vec3 normal = vec3(axes, 1.0 - abs(axes.x) - abs(axes.y));
-    vec2 folded = (1.0 - abs(axes.yx)) * vec2(axes.x < 0.0 ? -1.0 : 1.0, axes.y < 0.0 ? -1.0 : 1.0);
-    if (normal.z < 0.0) normal.xy = folded;
-    return normalize(normal);
-  }
-
   vec3 mapped(float value) {
     float share = (value - valueRange.x) / max(valueRange.y - valueRange.x, 1e-9);
     return texture(colorMap, vec2(clamp(share, 0.0, 1.0) * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
@@ -49,17 +34,17 @@ export const vertexShader = /* glsl */ `
   vec3 paint(vec3 centre, vec3 normalInView) {
     if (coloring == 1) return CLAY;
     if (coloring == 2) return 0.5 + 0.5 * normalInView;
-    if (coloring == 3) return mapped(float(record.w >> 24) / 255.0);
+    if (coloring == 3) return mapped(float(appearance >> 24) / 255.0);
     if (coloring == 4) return mapped((scopeFromWorld * vec4(centre, 1.0)).z);
     if (coloring == 5) return mapped(float(epoch - version));
     if (coloring == 6) return mapped(distance(centre, origin));
-    return vec3((uvec3(record.w) >> uvec3(0u, 8u, 16u)) & 0xFFu) / 255.0;
+    return vec3((uvec3(appearance) >> uvec3(0u, 8u, 16u)) & 0xFFu) / 255.0;
   }
 
   void main() {
-    vec3 centre = unpackPosition(record.xy);
-    vec3 normal = unpackNormal(record.z);
-    float radius = 1e-5 * exp2(float(record.z >> 24) / 16.0);
+    vec3 centre = place.xyz;
+    vec3 normal = facing;
+    float radius = place.w;
     // A tangent that exists for every normal: of the axis that is least parallel to it.
     vec3 away = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
     vec3 tangent = normalize(cross(away, normal));

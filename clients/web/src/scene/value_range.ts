@@ -1,6 +1,4 @@
 import type { Matrix4 } from 'three';
-import { WORDS_PER_RECORD } from '../model/packed_surfels';
-import { positionOf } from '../model/surfel_record';
 import type { SurfelStore } from '../model/surfel_store';
 import type { Coloring, ValueRange } from './coloring';
 
@@ -36,13 +34,13 @@ export function valueRangeOf(coloring: Coloring, store: SurfelStore, viewpoint: 
 
 /** How far the surfel in `slot` is from where it was when it came, in metres. */
 export function movedM(store: SurfelStore, slot: number): number {
-  const [x, y, z] = positionOf(store.words, slot * WORDS_PER_RECORD);
+  const [x, y, z] = store.position(slot);
   const [x0 = x, y0 = y, z0 = z] = store.originsM.subarray(slot * 3, slot * 3 + 3);
   return Math.hypot(x - x0, y - y0, z - z0);
 }
 
 function depthM(store: SurfelStore, slot: number, { elements }: Matrix4): number {
-  const [x, y, z] = positionOf(store.words, slot * WORDS_PER_RECORD);
+  const [x, y, z] = store.position(slot);
   const row = (column: number) => elements[4 * column + 2] ?? 0;
   return row(0) * x + row(1) * y + row(2) * z + row(3);
 }

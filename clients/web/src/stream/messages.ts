@@ -1,5 +1,6 @@
 /** What goes over the WebSocket: one protobuf envelope in each message. */
 import { create, fromBinary, toBinary } from '@bufbuild/protobuf';
+import { decompress } from 'fzstd';
 import { HelloSchema, ResyncSchema } from '../generated/mis_slam/v1/control_pb';
 import {
   type FromServer,
@@ -12,6 +13,8 @@ import { ProtocolError } from '../model/protocol_error';
 /** The protocol versions that this page speaks. */
 const OLDEST_VERSION = 1;
 const NEWEST_VERSION = 1;
+/** Bytes of a message once it is decompressed. */
+const MAX_MESSAGE_BYTES = 64 * 2 ** 20;
 const SOFTWARE = 'mis-slam-web 0.1.0';
 
 /** The first message of the page. */
@@ -37,8 +40,19 @@ function encode(body: ToServer['body']): Uint8Array<ArrayBuffer> {
 /** What the server says; `body.case` is undefined for what this page does not know. */
 export function decodeFromServer(bytes: Uint8Array): FromServer['body'] {
   try {
-    return fromBinary(FromServerSchema, bytes).body;
+    const { body } = fromBinary(FromServerSchema, bytes);
+    if (body.case !== 'compressed') return body;
+    const inner = fromBinary(FromServerSchema, decompressed(body.value)).body;
+    if (inner.case === 'compressed') throw new Error('compressed twice');
+    return inner;
   } catch (error) {
     throw new ProtocolError(`not a FromServer message: ${error instanceof Error ? error.message : error}`);
   }
+}
+
+function decompressed({ sizeBytes, zstd }: { sizeBytes: number; zstd: Uint8Array }): Uint8Array {
+  if (sizeBytes > MAX_MESSAGE_BYTES) throw new Error(`${sizeBytes} bytes; the limit is ${MAX_MESSAGE_BYTES}`);
+  const plain = decompress(zstd, new Uint8Array(sizeBytes));
+  if (plain.length !== sizeBytes) throw new Error(`${plain.length} bytes instead of ${sizeBytes}`);
+  return plain;
 }

@@ -12,7 +12,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file mis_slam/v1/control.proto.
  */
 export const file_mis_slam_v1_control: GenFile = /*@__PURE__*/
-  fileDesc("ChltaXNfc2xhbS92MS9jb250cm9sLnByb3RvEgttaXNfc2xhbS52MSJJCgVIZWxsbxIWCg5vbGRlc3RfdmVyc2lvbhgBIAEoDRIWCg5uZXdlc3RfdmVyc2lvbhgCIAEoDRIQCghzb2Z0d2FyZRgDIAEoCSJgCgdSZWZ1c2FsEiMKBnJlYXNvbhgBIAEoDjITLm1pc19zbGFtLnYxLlJlYXNvbhIMCgR0ZXh0GAIgASgJEhUKCHNlcXVlbmNlGAMgASgESACIAQFCCwoJX3NlcXVlbmNlIhwKBlJlc3luYxISCgpoZWxkX2Vwb2NoGAEgASgNIhgKCEZhcmV3ZWxsEgwKBHRleHQYASABKAkqsQQKBlJlYXNvbhIWChJSRUFTT05fVU5TUEVDSUZJRUQQABIcChhSRUFTT05fTUFMRk9STUVEX01FU1NBR0UQARIcChhSRUFTT05fT1ZFUlNJWkVEX01FU1NBR0UQAhIeChpSRUFTT05fVU5TVVBQT1JURURfVkVSU0lPThADEh0KGVJFQVNPTl9JTlZBTElEX1NFU1NJT05fSUQQBBIaChZSRUFTT05fVU5LTk9XTl9TRVNTSU9OEAUSHAoYUkVBU09OX1RPT19NQU5ZX1NFU1NJT05TEAYSFwoTUkVBU09OX1NFU1NJT05fQlVTWRAHEh4KGlJFQVNPTl9JTlZBTElEX0NBTElCUkFUSU9OEAgSGAoUUkVBU09OX1NIVVRUSU5HX0RPV04QCRITCg9SRUFTT05fVU5QQUlSRUQQChIaChZSRUFTT05fTUFMRk9STUVEX0lNQUdFEAsSHgoaUkVBU09OX0lNQUdFX1NJWkVfTUlTTUFUQ0gQDBIfChtSRUFTT05fSU1BR0VfRk9STUFUX0NIQU5HRUQQDRIWChJSRUFTT05fU1RBTEVfU1RBTVAQDhIaChZSRUFTT05fRFVQTElDQVRFX1NUQU1QEA8SFwoTUkVBU09OX0ZVVFVSRV9TVEFNUBAQEhUKEVJFQVNPTl9TVVBFUlNFREVEEBESEwoPUkVBU09OX0lOVEVSTkFMEBISHAoYUkVBU09OX0ZVU0lPTl9TVVBFUlNFREVEEBNiBnByb3RvMw");
+  fileDesc("ChltaXNfc2xhbS92MS9jb250cm9sLnByb3RvEgttaXNfc2xhbS52MSJJCgVIZWxsbxIWCg5vbGRlc3RfdmVyc2lvbhgBIAEoDRIWCg5uZXdlc3RfdmVyc2lvbhgCIAEoDRIQCghzb2Z0d2FyZRgDIAEoCSJgCgdSZWZ1c2FsEiMKBnJlYXNvbhgBIAEoDjITLm1pc19zbGFtLnYxLlJlYXNvbhIMCgR0ZXh0GAIgASgJEhUKCHNlcXVlbmNlGAMgASgESACIAQFCCwoJX3NlcXVlbmNlIhwKBlJlc3luYxISCgpoZWxkX2Vwb2NoGAEgASgNIl8KBFZpZXcSKQoNZ2F6ZV9pbl93b3JsZBgBIAEoCzISLm1pc19zbGFtLnYxLlBvaW50EhMKC21heF9zdXJmZWxzGAIgASgNEhcKD21heF9ieXRlc19wZXJfcxgDIAEoDSIuCgVQb2ludBILCgN4X20YASABKAISCwoDeV9tGAIgASgCEgsKA3pfbRgDIAEoAiIYCghGYXJld2VsbBIMCgR0ZXh0GAEgASgJKrEECgZSZWFzb24SFgoSUkVBU09OX1VOU1BFQ0lGSUVEEAASHAoYUkVBU09OX01BTEZPUk1FRF9NRVNTQUdFEAESHAoYUkVBU09OX09WRVJTSVpFRF9NRVNTQUdFEAISHgoaUkVBU09OX1VOU1VQUE9SVEVEX1ZFUlNJT04QAxIdChlSRUFTT05fSU5WQUxJRF9TRVNTSU9OX0lEEAQSGgoWUkVBU09OX1VOS05PV05fU0VTU0lPThAFEhwKGFJFQVNPTl9UT09fTUFOWV9TRVNTSU9OUxAGEhcKE1JFQVNPTl9TRVNTSU9OX0JVU1kQBxIeChpSRUFTT05fSU5WQUxJRF9DQUxJQlJBVElPThAIEhgKFFJFQVNPTl9TSFVUVElOR19ET1dOEAkSEwoPUkVBU09OX1VOUEFJUkVEEAoSGgoWUkVBU09OX01BTEZPUk1FRF9JTUFHRRALEh4KGlJFQVNPTl9JTUFHRV9TSVpFX01JU01BVENIEAwSHwobUkVBU09OX0lNQUdFX0ZPUk1BVF9DSEFOR0VEEA0SFgoSUkVBU09OX1NUQUxFX1NUQU1QEA4SGgoWUkVBU09OX0RVUExJQ0FURV9TVEFNUBAPEhcKE1JFQVNPTl9GVVRVUkVfU1RBTVAQEBIVChFSRUFTT05fU1VQRVJTRURFRBAREhMKD1JFQVNPTl9JTlRFUk5BTBASEhwKGFJFQVNPTl9GVVNJT05fU1VQRVJTRURFRBATYgZwcm90bzM");
 
 /**
  * First message of both sides. The client names what it speaks; the server answers with
@@ -97,6 +97,70 @@ export const ResyncSchema: GenMessage<Resync> = /*@__PURE__*/
   messageDesc(file_mis_slam_v1_control, 2);
 
 /**
+ * A viewer says what it looks at and what it can take; may come at any time, and holds until the next one.
+ *
+ * @generated from message mis_slam.v1.View
+ */
+export type View = Message<"mis_slam.v1.View"> & {
+  /**
+   * Where the viewer looks, in the world; snapshots come from there outwards. Absent: from the scope.
+   *
+   * @generated from field: mis_slam.v1.Point gaze_in_world = 1;
+   */
+  gazeInWorld?: Point;
+
+  /**
+   * Surfels that it can hold; 0: any number. Beyond it, the model is thinned far from the gaze.
+   *
+   * @generated from field: uint32 max_surfels = 2;
+   */
+  maxSurfels: number;
+
+  /**
+   * Bytes a second that it wants to receive at most; 0: any number.
+   *
+   * @generated from field: uint32 max_bytes_per_s = 3;
+   */
+  maxBytesPerS: number;
+};
+
+/**
+ * Describes the message mis_slam.v1.View.
+ * Use `create(ViewSchema)` to create a new message.
+ */
+export const ViewSchema: GenMessage<View> = /*@__PURE__*/
+  messageDesc(file_mis_slam_v1_control, 3);
+
+/**
+ * A point: metres.
+ *
+ * @generated from message mis_slam.v1.Point
+ */
+export type Point = Message<"mis_slam.v1.Point"> & {
+  /**
+   * @generated from field: float x_m = 1;
+   */
+  xM: number;
+
+  /**
+   * @generated from field: float y_m = 2;
+   */
+  yM: number;
+
+  /**
+   * @generated from field: float z_m = 3;
+   */
+  zM: number;
+};
+
+/**
+ * Describes the message mis_slam.v1.Point.
+ * Use `create(PointSchema)` to create a new message.
+ */
+export const PointSchema: GenMessage<Point> = /*@__PURE__*/
+  messageDesc(file_mis_slam_v1_control, 4);
+
+/**
  * The last message on a stream.
  *
  * @generated from message mis_slam.v1.Farewell
@@ -113,7 +177,7 @@ export type Farewell = Message<"mis_slam.v1.Farewell"> & {
  * Use `create(FarewellSchema)` to create a new message.
  */
 export const FarewellSchema: GenMessage<Farewell> = /*@__PURE__*/
-  messageDesc(file_mis_slam_v1_control, 3);
+  messageDesc(file_mis_slam_v1_control, 5);
 
 /**
  * Why something was refused or dropped; also the key under which it is counted.

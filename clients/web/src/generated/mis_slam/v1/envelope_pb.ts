@@ -8,11 +8,11 @@ import type { GenFile, GenMessage } from "@bufbuild/protobuf/codegenv2";
 import { fileDesc, messageDesc } from "@bufbuild/protobuf/codegenv2";
 import type { Calibration } from "./calibration_pb";
 import { file_mis_slam_v1_calibration } from "./calibration_pb";
-import type { Farewell, Hello, Refusal, Resync } from "./control_pb";
+import type { Farewell, Hello, Refusal, Resync, View } from "./control_pb";
 import { file_mis_slam_v1_control } from "./control_pb";
 import type { PreviewImage, StereoPair } from "./image_pb";
 import { file_mis_slam_v1_image } from "./image_pb";
-import type { ModelEpoch, SnapshotChunk } from "./model_pb";
+import type { Compressed, ModelEpoch, SnapshotChunk } from "./model_pb";
 import { file_mis_slam_v1_model } from "./model_pb";
 import type { Pose } from "./pose_pb";
 import { file_mis_slam_v1_pose } from "./pose_pb";
@@ -24,7 +24,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file mis_slam/v1/envelope.proto.
  */
 export const file_mis_slam_v1_envelope: GenFile = /*@__PURE__*/
-  fileDesc("ChptaXNfc2xhbS92MS9lbnZlbG9wZS5wcm90bxILbWlzX3NsYW0udjEiyAEKCFRvU2VydmVyEg4KBnNvdXJjZRgPIAEoCRIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASLwoLY2FsaWJyYXRpb24YAiABKAsyGC5taXNfc2xhbS52MS5DYWxpYnJhdGlvbkgAEicKBHBhaXIYAyABKAsyFy5taXNfc2xhbS52MS5TdGVyZW9QYWlySAASJQoGcmVzeW5jGAQgASgLMhMubWlzX3NsYW0udjEuUmVzeW5jSABCBgoEYm9keSLkAgoKRnJvbVNlcnZlchIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASJwoHcmVmdXNhbBgCIAEoCzIULm1pc19zbGFtLnYxLlJlZnVzYWxIABIhCgRwb3NlGAMgASgLMhEubWlzX3NsYW0udjEuUG9zZUgAEigKBWVwb2NoGAQgASgLMhcubWlzX3NsYW0udjEuTW9kZWxFcG9jaEgAEi4KCHNuYXBzaG90GAUgASgLMhoubWlzX3NsYW0udjEuU25hcHNob3RDaHVua0gAEioKBXN0YXRlGAYgASgLMhkubWlzX3NsYW0udjEuU2Vzc2lvblN0YXRlSAASLAoHcHJldmlldxgHIAEoCzIZLm1pc19zbGFtLnYxLlByZXZpZXdJbWFnZUgAEikKCGZhcmV3ZWxsGAggASgLMhUubWlzX3NsYW0udjEuRmFyZXdlbGxIAEIGCgRib2R5YgZwcm90bzM", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_image, file_mis_slam_v1_model, file_mis_slam_v1_pose, file_mis_slam_v1_session]);
+  fileDesc("ChptaXNfc2xhbS92MS9lbnZlbG9wZS5wcm90bxILbWlzX3NsYW0udjEi6wEKCFRvU2VydmVyEg4KBnNvdXJjZRgPIAEoCRIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASLwoLY2FsaWJyYXRpb24YAiABKAsyGC5taXNfc2xhbS52MS5DYWxpYnJhdGlvbkgAEicKBHBhaXIYAyABKAsyFy5taXNfc2xhbS52MS5TdGVyZW9QYWlySAASJQoGcmVzeW5jGAQgASgLMhMubWlzX3NsYW0udjEuUmVzeW5jSAASIQoEdmlldxgFIAEoCzIRLm1pc19zbGFtLnYxLlZpZXdIAEIGCgRib2R5IpMDCgpGcm9tU2VydmVyEiMKBWhlbGxvGAEgASgLMhIubWlzX3NsYW0udjEuSGVsbG9IABInCgdyZWZ1c2FsGAIgASgLMhQubWlzX3NsYW0udjEuUmVmdXNhbEgAEiEKBHBvc2UYAyABKAsyES5taXNfc2xhbS52MS5Qb3NlSAASKAoFZXBvY2gYBCABKAsyFy5taXNfc2xhbS52MS5Nb2RlbEVwb2NoSAASLgoIc25hcHNob3QYBSABKAsyGi5taXNfc2xhbS52MS5TbmFwc2hvdENodW5rSAASKgoFc3RhdGUYBiABKAsyGS5taXNfc2xhbS52MS5TZXNzaW9uU3RhdGVIABIsCgdwcmV2aWV3GAcgASgLMhkubWlzX3NsYW0udjEuUHJldmlld0ltYWdlSAASKQoIZmFyZXdlbGwYCCABKAsyFS5taXNfc2xhbS52MS5GYXJld2VsbEgAEi0KCmNvbXByZXNzZWQYCSABKAsyFy5taXNfc2xhbS52MS5Db21wcmVzc2VkSABCBgoEYm9keWIGcHJvdG8z", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_image, file_mis_slam_v1_model, file_mis_slam_v1_pose, file_mis_slam_v1_session]);
 
 /**
  * @generated from message mis_slam.v1.ToServer
@@ -67,6 +67,12 @@ export type ToServer = Message<"mis_slam.v1.ToServer"> & {
      */
     value: Resync;
     case: "resync";
+  } | {
+    /**
+     * @generated from field: mis_slam.v1.View view = 5;
+     */
+    value: View;
+    case: "view";
   } | { case: undefined; value?: undefined };
 };
 
@@ -134,6 +140,14 @@ export type FromServer = Message<"mis_slam.v1.FromServer"> & {
      */
     value: Farewell;
     case: "farewell";
+  } | {
+    /**
+     * Any of the others but itself, compressed.
+     *
+     * @generated from field: mis_slam.v1.Compressed compressed = 9;
+     */
+    value: Compressed;
+    case: "compressed";
   } | { case: undefined; value?: undefined };
 };
 

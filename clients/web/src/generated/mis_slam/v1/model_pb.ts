@@ -12,7 +12,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file mis_slam/v1/model.proto.
  */
 export const file_mis_slam_v1_model: GenFile = /*@__PURE__*/
-  fileDesc("ChdtaXNfc2xhbS92MS9tb2RlbC5wcm90bxILbWlzX3NsYW0udjEiLQoNUGFja2VkU3VyZmVscxILCgNpZHMYASABKAwSDwoHcmVjb3JkcxgCIAEoDCLPAQoKTW9kZWxFcG9jaBINCgVlcG9jaBgBIAEoDRISCgpiYXNlX2Vwb2NoGAIgASgNEhAKCHN0YW1wX25zGAMgASgEEhMKC3JlbW92ZWRfaWRzGAQgASgMEikKBWFkZGVkGAUgASgLMhoubWlzX3NsYW0udjEuUGFja2VkU3VyZmVscxIrCgd1cGRhdGVkGAYgASgLMhoubWlzX3NsYW0udjEuUGFja2VkU3VyZmVscxIOCgZkaWdlc3QYByABKAcSDwoHc3VyZmVscxgIIAEoDSKdAQoNU25hcHNob3RDaHVuaxINCgVlcG9jaBgBIAEoDRIQCghzdGFtcF9ucxgCIAEoBBINCgVpbmRleBgDIAEoDRINCgVjb3VudBgEIAEoDRIrCgdzdXJmZWxzGAUgASgLMhoubWlzX3NsYW0udjEuUGFja2VkU3VyZmVscxIQCgh2ZXJzaW9ucxgGIAEoDBIOCgZkaWdlc3QYByABKAdiBnByb3RvMw");
+  fileDesc("ChdtaXNfc2xhbS92MS9tb2RlbC5wcm90bxILbWlzX3NsYW0udjEiLQoNUGFja2VkU3VyZmVscxILCgNpZHMYASABKAwSDwoHcmVjb3JkcxgCIAEoDCItCgtQYWNrZWROb2RlcxILCgNpZHMYASABKAwSEQoJcG9zaXRpb25zGAIgASgMIusCCgpNb2RlbEVwb2NoEg0KBWVwb2NoGAEgASgNEhIKCmJhc2VfZXBvY2gYAiABKA0SEAoIc3RhbXBfbnMYAyABKAQSEwoLcmVtb3ZlZF9pZHMYBCABKAwSKQoFYWRkZWQYBSABKAsyGi5taXNfc2xhbS52MS5QYWNrZWRTdXJmZWxzEisKB3VwZGF0ZWQYBiABKAsyGi5taXNfc2xhbS52MS5QYWNrZWRTdXJmZWxzEg4KBmRpZ2VzdBgHIAEoBxIPCgdzdXJmZWxzGAggASgNEhcKD25vZGVfdHJhbnNmb3JtcxgJIAEoDBIYChByZW1vdmVkX25vZGVfaWRzGAogASgMEi0KC2FkZGVkX25vZGVzGAsgASgLMhgubWlzX3NsYW0udjEuUGFja2VkTm9kZXMSDQoFbm9kZXMYDCABKA0SFAoMbm9kZV9yZWFjaF9tGA0gASgCEhMKC21heF9lcnJvcl9tGA4gASgCIvMBCg1TbmFwc2hvdENodW5rEg0KBWVwb2NoGAEgASgNEhAKCHN0YW1wX25zGAIgASgEEg0KBWluZGV4GAMgASgNEg0KBWNvdW50GAQgASgNEisKB3N1cmZlbHMYBSABKAsyGi5taXNfc2xhbS52MS5QYWNrZWRTdXJmZWxzEhAKCHZlcnNpb25zGAYgASgMEg4KBmRpZ2VzdBgHIAEoBxInCgVub2RlcxgIIAEoCzIYLm1pc19zbGFtLnYxLlBhY2tlZE5vZGVzEhUKDXN1cmZlbHNfdG90YWwYCSABKA0SFAoMbm9kZV9yZWFjaF9tGAogASgCIi4KCkNvbXByZXNzZWQSEgoKc2l6ZV9ieXRlcxgBIAEoDRIMCgR6c3RkGAIgASgMYgZwcm90bzM");
 
 /**
  * Surfels in the packed layout of SPEC.md.
@@ -21,14 +21,14 @@ export const file_mis_slam_v1_model: GenFile = /*@__PURE__*/
  */
 export type PackedSurfels = Message<"mis_slam.v1.PackedSurfels"> & {
   /**
-   * u32 little-endian each, strictly increasing.
+   * An id list.
    *
    * @generated from field: bytes ids = 1;
    */
   ids: Uint8Array;
 
   /**
-   * 16 bytes each, in the order of the ids.
+   * 16 bytes each, in the order of the ids, by planes: all first bytes, then all second ones, ...
    *
    * @generated from field: bytes records = 2;
    */
@@ -43,7 +43,37 @@ export const PackedSurfelsSchema: GenMessage<PackedSurfels> = /*@__PURE__*/
   messageDesc(file_mis_slam_v1_model, 0);
 
 /**
+ * Deformation nodes in the packed layout of SPEC.md.
+ *
+ * @generated from message mis_slam.v1.PackedNodes
+ */
+export type PackedNodes = Message<"mis_slam.v1.PackedNodes"> & {
+  /**
+   * An id list.
+   *
+   * @generated from field: bytes ids = 1;
+   */
+  ids: Uint8Array;
+
+  /**
+   * x, y, z: i32 little-endian each, in steps of 4 micrometres in the world.
+   *
+   * @generated from field: bytes positions = 2;
+   */
+  positions: Uint8Array;
+};
+
+/**
+ * Describes the message mis_slam.v1.PackedNodes.
+ * Use `create(PackedNodesSchema)` to create a new message.
+ */
+export const PackedNodesSchema: GenMessage<PackedNodes> = /*@__PURE__*/
+  messageDesc(file_mis_slam_v1_model, 1);
+
+/**
  * What changed from base_epoch to epoch. The shapes are those of the live model, in world coordinates.
+ * It applies in this order: all surfels and nodes held move with the transforms; nodes are removed, then added;
+ * surfels are removed, replaced, added.
  *
  * @generated from message mis_slam.v1.ModelEpoch
  */
@@ -68,7 +98,7 @@ export type ModelEpoch = Message<"mis_slam.v1.ModelEpoch"> & {
   stampNs: bigint;
 
   /**
-   * u32 little-endian each, strictly increasing.
+   * An id list.
    *
    * @generated from field: bytes removed_ids = 4;
    */
@@ -97,6 +127,46 @@ export type ModelEpoch = Message<"mis_slam.v1.ModelEpoch"> & {
    * @generated from field: uint32 surfels = 8;
    */
   surfels: number;
+
+  /**
+   * Motion of every node held, in the order of the ids, 24 bytes each by planes (SPEC.md); empty: nothing deforms.
+   *
+   * @generated from field: bytes node_transforms = 9;
+   */
+  nodeTransforms: Uint8Array;
+
+  /**
+   * An id list.
+   *
+   * @generated from field: bytes removed_node_ids = 10;
+   */
+  removedNodeIds: Uint8Array;
+
+  /**
+   * @generated from field: mis_slam.v1.PackedNodes added_nodes = 11;
+   */
+  addedNodes?: PackedNodes;
+
+  /**
+   * Nodes after this epoch.
+   *
+   * @generated from field: uint32 nodes = 12;
+   */
+  nodes: number;
+
+  /**
+   * Reach of a node (SPEC.md), metres; 0 where there are none.
+   *
+   * @generated from field: float node_reach_m = 13;
+   */
+  nodeReachM: number;
+
+  /**
+   * How far the surfels that viewers hold are from the server's own, at most, after this epoch; measured.
+   *
+   * @generated from field: float max_error_m = 14;
+   */
+  maxErrorM: number;
 };
 
 /**
@@ -104,10 +174,10 @@ export type ModelEpoch = Message<"mis_slam.v1.ModelEpoch"> & {
  * Use `create(ModelEpochSchema)` to create a new message.
  */
 export const ModelEpochSchema: GenMessage<ModelEpoch> = /*@__PURE__*/
-  messageDesc(file_mis_slam_v1_model, 1);
+  messageDesc(file_mis_slam_v1_model, 2);
 
 /**
- * One part of the whole model at one epoch. Chunk 0 starts a new model; `count` chunks complete it.
+ * One part of the whole model at one epoch. The `count` chunks of an epoch may come in any order and complete it.
  *
  * @generated from message mis_slam.v1.SnapshotChunk
  */
@@ -128,7 +198,7 @@ export type SnapshotChunk = Message<"mis_slam.v1.SnapshotChunk"> & {
   index: number;
 
   /**
-   * At least 1, also for an empty model.
+   * At least 1: chunk 0 holds the nodes, the others the surfels, those that lie together in one.
    *
    * @generated from field: uint32 count = 4;
    */
@@ -140,7 +210,7 @@ export type SnapshotChunk = Message<"mis_slam.v1.SnapshotChunk"> & {
   surfels?: PackedSurfels;
 
   /**
-   * Epoch of the last change of each surfel: u32 little-endian, in the order of the ids.
+   * By how many epochs the last change of each surfel lies back, in the order of the ids: LEB128 each.
    *
    * @generated from field: bytes versions = 6;
    */
@@ -152,6 +222,27 @@ export type SnapshotChunk = Message<"mis_slam.v1.SnapshotChunk"> & {
    * @generated from field: fixed32 digest = 7;
    */
   digest: number;
+
+  /**
+   * All nodes; in chunk 0 only.
+   *
+   * @generated from field: mis_slam.v1.PackedNodes nodes = 8;
+   */
+  nodes?: PackedNodes;
+
+  /**
+   * Surfels in all chunks.
+   *
+   * @generated from field: uint32 surfels_total = 9;
+   */
+  surfelsTotal: number;
+
+  /**
+   * Reach of a node (SPEC.md), metres; 0 where there are none.
+   *
+   * @generated from field: float node_reach_m = 10;
+   */
+  nodeReachM: number;
 };
 
 /**
@@ -159,5 +250,31 @@ export type SnapshotChunk = Message<"mis_slam.v1.SnapshotChunk"> & {
  * Use `create(SnapshotChunkSchema)` to create a new message.
  */
 export const SnapshotChunkSchema: GenMessage<SnapshotChunk> = /*@__PURE__*/
-  messageDesc(file_mis_slam_v1_model, 2);
+  messageDesc(file_mis_slam_v1_model, 3);
+
+/**
+ * A FromServer message within, as one Zstandard frame.
+ *
+ * @generated from message mis_slam.v1.Compressed
+ */
+export type Compressed = Message<"mis_slam.v1.Compressed"> & {
+  /**
+   * Of the message within.
+   *
+   * @generated from field: uint32 size_bytes = 1;
+   */
+  sizeBytes: number;
+
+  /**
+   * @generated from field: bytes zstd = 2;
+   */
+  zstd: Uint8Array;
+};
+
+/**
+ * Describes the message mis_slam.v1.Compressed.
+ * Use `create(CompressedSchema)` to create a new message.
+ */
+export const CompressedSchema: GenMessage<Compressed> = /*@__PURE__*/
+  messageDesc(file_mis_slam_v1_model, 4);
 
