@@ -67,7 +67,9 @@ pub fn unpack_arrays(bytes: &[u8]) {
     }
     for record in bytes.as_chunks().0 {
         let surfel = SurfelRecord(*record).unpack(0);
-        assert!(surfel.position_in_world_m.iter().chain(&surfel.normal_in_world).all(|value| value.is_finite()));
+        assert!(
+            surfel.position_in_world_m.iter().chain(&surfel.normal_in_world).all(|value| value.is_finite())
+        );
     }
 }
 

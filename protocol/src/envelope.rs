@@ -39,8 +39,8 @@ pub fn decode_to_server(bytes: Bytes, limit_bytes: usize) -> Result<ToServer, Pr
 /// # Errors
 /// [`ProtocolError::Malformed`], [`ProtocolError::Compressed`], [`ProtocolError::Oversized`].
 pub fn decode_from_server(bytes: Bytes) -> Result<FromServer, ProtocolError> {
-    let message =
-        FromServer::decode(bytes).map_err(|source| ProtocolError::Malformed { message: "FromServer", source })?;
+    let message = FromServer::decode(bytes)
+        .map_err(|source| ProtocolError::Malformed { message: "FromServer", source })?;
     match &message.body {
         Some(from_server::Body::Compressed(compressed)) => decompressed(compressed),
         _ => Ok(message),

@@ -84,7 +84,11 @@ impl PackedModel {
     pub fn refresh(&mut self, surfels: &[WireSurfel]) -> Result<(), ProtocolError> {
         let expected = self.surfels.len();
         if surfels.len() != expected {
-            return Err(ProtocolError::LengthMismatch { field: "held surfels", got: surfels.len(), expected });
+            return Err(ProtocolError::LengthMismatch {
+                field: "held surfels",
+                got: surfels.len(),
+                expected,
+            });
         }
         for surfel in surfels {
             let index = self.surfels.index_of(surfel.id);

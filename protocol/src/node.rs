@@ -111,9 +111,8 @@ pub fn unpack_nodes(packed: &PackedNodes) -> Result<Vec<(u32, NodePosition)>, Pr
     expect_few(ids.len())?;
     let bytes = elements("node positions", &packed.positions, POSITION_BYTES, ids.len())?;
     let (codes, _) = bytes.as_chunks::<4>();
-    let position = |index: usize| {
-        NodePosition(std::array::from_fn(|axis| i32::from_le_bytes(codes[3 * index + axis])))
-    };
+    let position =
+        |index: usize| NodePosition(std::array::from_fn(|axis| i32::from_le_bytes(codes[3 * index + axis])));
     Ok(ids.iter().enumerate().map(|(index, &id)| (id, position(index))).collect())
 }
 

@@ -85,9 +85,7 @@ pub(crate) fn pack_records(ids: &[u32], records: &[SurfelRecord]) -> Result<Pack
 pub fn unpack_records(packed: &PackedSurfels) -> Result<Vec<(u32, SurfelRecord)>, ProtocolError> {
     let ids = unpack_ids("ids", &packed.ids)?;
     let planes = elements("records", &packed.records, RECORD_BYTES, ids.len())?;
-    let record = |index: usize| {
-        SurfelRecord(std::array::from_fn(|place| planes[place * ids.len() + index]))
-    };
+    let record = |index: usize| SurfelRecord(std::array::from_fn(|place| planes[place * ids.len() + index]));
     Ok(ids.iter().enumerate().map(|(index, &id)| (id, record(index))).collect())
 }
 

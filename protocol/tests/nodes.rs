@@ -35,7 +35,10 @@ fn arrays_that_do_not_fit_are_refused() {
     let field = "node_transforms";
     let ragged = ProtocolError::RaggedArray { field, bytes: 47, element_bytes: 24 };
     assert_eq!(unpack_transforms(&bytes[..47], 2), Err(ragged));
-    assert_eq!(unpack_transforms(&bytes, 3), Err(ProtocolError::LengthMismatch { field, got: 2, expected: 3 }));
+    assert_eq!(
+        unpack_transforms(&bytes, 3),
+        Err(ProtocolError::LengthMismatch { field, got: 2, expected: 3 })
+    );
     let no_places = PackedNodes { ids: pack_ids(&[1]).unwrap(), positions: Default::default() };
     let lack = ProtocolError::LengthMismatch { field: "node positions", got: 0, expected: 1 };
     assert_eq!(unpack_nodes(&no_places), Err(lack));

@@ -35,7 +35,10 @@ fn every_limit_has_its_value() {
     assert_stated(&format!("| characters of a session id | {} |", limits::MAX_SESSION_ID_CHARS));
     assert_stated(&format!("| surfels in one block | {} |", limits::MAX_SURFELS_PER_MESSAGE));
     assert_stated(&format!("| deformation nodes | {} |", limits::MAX_NODES));
-    assert_stated(&format!("| bytes of a message from the server, decompressed | {} |", limits::MAX_MESSAGE_BYTES));
+    assert_stated(&format!(
+        "| bytes of a message from the server, decompressed | {} |",
+        limits::MAX_MESSAGE_BYTES
+    ));
     assert_stated(&format!("| surfels in one snapshot chunk | {} |", limits::SNAPSHOT_CHUNK_SURFELS));
     assert_stated(&format!("| time to say hello, ms | {} |", limits::HELLO_TIMEOUT_MS));
     assert_stated(&format!("| protocol version | {} |", limits::NEWEST_VERSION));

@@ -2,8 +2,8 @@
 
 mod support;
 
-use protocol::v1::{self, from_server, to_server};
 use protocol::limits;
+use protocol::v1::{self, from_server, to_server};
 use replica::Replica;
 use support::{Client, TestServer, pose, wire_pair};
 

@@ -95,9 +95,9 @@ fn weigh(nearest: &[(f32, usize); MOVERS + 1]) -> Binding {
 
 fn neighbourhood([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
     let axis = |at: i32| [at.saturating_sub(1), at, at.saturating_add(1)];
-    axis(x).into_iter().flat_map(move |x| {
-        axis(y).into_iter().flat_map(move |y| axis(z).into_iter().map(move |z| [x, y, z]))
-    })
+    axis(x)
+        .into_iter()
+        .flat_map(move |x| axis(y).into_iter().flat_map(move |y| axis(z).into_iter().map(move |z| [x, y, z])))
 }
 
 pub(crate) fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
@@ -120,7 +120,13 @@ mod tests {
 
     #[test]
     fn the_four_nearest_of_five_move_a_point() {
-        let index = index(&[[0.001, 0.0, 0.0], [0.0, 0.002, 0.0], [0.0, 0.0, 0.003], [0.004, 0.0, 0.0], [0.0, 0.005, 0.0]]);
+        let index = index(&[
+            [0.001, 0.0, 0.0],
+            [0.0, 0.002, 0.0],
+            [0.0, 0.0, 0.003],
+            [0.004, 0.0, 0.0],
+            [0.0, 0.005, 0.0],
+        ]);
         let binding = index.bind([0.0; 3]);
         assert_eq!(binding.nodes, [0, 1, 2, 3]);
         let expected = [4.0, 3.0, 2.0, 1.0].map(|weight| weight / 10.0);
@@ -139,13 +145,25 @@ mod tests {
 
     #[test]
     fn at_equal_distance_the_lower_id_comes_first() {
-        let index = index(&[[0.001, 0.0, 0.0], [-0.001, 0.0, 0.0], [0.0, 0.001, 0.0], [0.0, -0.001, 0.0], [0.0, 0.0, 0.001]]);
+        let index = index(&[
+            [0.001, 0.0, 0.0],
+            [-0.001, 0.0, 0.0],
+            [0.0, 0.001, 0.0],
+            [0.0, -0.001, 0.0],
+            [0.0, 0.0, 0.001],
+        ]);
         assert_eq!(index.bind([0.0; 3]).nodes, [0, 1, 2, 3]);
     }
 
     #[test]
     fn weights_go_over_smoothly_where_the_fourth_and_the_fifth_swap() {
-        let index = index(&[[0.0, 0.0, 0.0], [0.001, 0.0, 0.0], [-0.001, 0.001, 0.0], [0.004, 0.0, 0.0], [-0.004, 0.0, 0.0]]);
+        let index = index(&[
+            [0.0, 0.0, 0.0],
+            [0.001, 0.0, 0.0],
+            [-0.001, 0.001, 0.0],
+            [0.004, 0.0, 0.0],
+            [-0.004, 0.0, 0.0],
+        ]);
         let weight_of = |x_m: f32| {
             let binding = index.bind([x_m, 0.0, 0.0]);
             let place = binding.nodes.iter().position(|&node| node == 3);

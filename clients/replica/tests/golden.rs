@@ -62,7 +62,8 @@ fn the_golden_file_is_what_the_code_writes() {
     }
     let kept: Value = serde_json::from_str(&std::fs::read_to_string(path()).unwrap()).unwrap();
     let bytes = |golden: &Value| {
-        let epochs: Vec<Value> = golden["epochs"].as_array().unwrap().iter().map(|e| e["hex"].clone()).collect();
+        let epochs: Vec<Value> =
+            golden["epochs"].as_array().unwrap().iter().map(|e| e["hex"].clone()).collect();
         (epochs, golden["snapshot"].clone())
     };
     assert_eq!(bytes(&kept), bytes(&serde_json::from_str(&fresh).unwrap()));
@@ -97,7 +98,8 @@ fn assert_close(got: &Value, expected: &Value, tolerance: f64) {
     let rows = |state: &Value| state["surfels"].as_array().unwrap().clone();
     assert_eq!(rows(got).len(), rows(expected).len());
     for (got, expected) in rows(got).iter().zip(rows(expected)) {
-        let numbers = |row: &Value| row.as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect::<Vec<_>>();
+        let numbers =
+            |row: &Value| row.as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect::<Vec<_>>();
         let pairs = numbers(got).into_iter().zip(numbers(&expected));
         assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() <= tolerance), "{got} {expected}");
     }

@@ -1,8 +1,8 @@
 //! What streaming the model costs and how exact a viewer's copy is, measured through the real model lane.
 
 use dense::{ChangeSet, Surfel};
-use protocol::v1::from_server::Body;
 use protocol::decode_from_server;
+use protocol::v1::from_server::Body;
 use replica::Replica;
 
 use super::report::StreamSummary;

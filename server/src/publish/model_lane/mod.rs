@@ -148,11 +148,7 @@ impl ModelLane {
 }
 
 impl State {
-    fn advance(
-        &mut self,
-        changes: ModelEpoch,
-        limits: &LagLimits,
-    ) -> Result<protocol::Bytes, ProtocolError> {
+    fn advance(&mut self, changes: ModelEpoch, limits: &LagLimits) -> Result<protocol::Bytes, ProtocolError> {
         let epoch = self.model.advance(changes)?;
         let bytes = protocol::from_server_compressed(from_server::Body::Epoch(epoch.clone()));
         let encoded = Arc::new(EncodedEpoch { bytes: bytes.clone(), epoch });

@@ -215,7 +215,8 @@ impl Queue {
     /// # Errors
     /// [`ProtocolError`] where a thinned viewer's epoch does not fit what it holds, which cannot be; it is seeded anew.
     pub fn pop(&mut self, now: Instant) -> Result<Next, ProtocolError> {
-        let nothing_waits = self.chunks.is_empty() && (self.phase == Phase::Seeding || self.epochs.is_empty());
+        let nothing_waits =
+            self.chunks.is_empty() && (self.phase == Phase::Seeding || self.epochs.is_empty());
         if nothing_waits {
             return Ok(if self.phase == Phase::Unseeded { Next::NeedsSeed } else { Next::Empty });
         }
@@ -248,15 +249,12 @@ impl Queue {
 }
 
 /// The epoch as far as it concerns a viewer that holds `thin`.
-fn part_of(
-    epoch: &ModelEpoch,
-    thin: &PackedModel,
-    detail: &Detail,
-) -> Result<ModelEpoch, ProtocolError> {
+fn part_of(epoch: &ModelEpoch, thin: &PackedModel, detail: &Detail) -> Result<ModelEpoch, ProtocolError> {
     let changes = EpochChanges::unpack(epoch, thin.nodes().len())?;
     let holds = |id: u32| thin.surfels().index_of(id).is_some();
     let removed: Vec<u32> = changes.removed.into_iter().filter(|&id| holds(id)).collect();
-    let unpacked = |rows: Vec<(u32, protocol::SurfelRecord)>| rows.into_iter().map(|(id, row)| row.unpack(id));
+    let unpacked =
+        |rows: Vec<(u32, protocol::SurfelRecord)>| rows.into_iter().map(|(id, row)| row.unpack(id));
     let updated: Vec<_> = unpacked(changes.updated).filter(|surfel| holds(surfel.id)).collect();
     let admitted = |surfel: &protocol::WireSurfel| detail.admits(surfel.id, surfel.position_in_world_m);
     let added: Vec<_> = unpacked(changes.added).filter(admitted).collect();

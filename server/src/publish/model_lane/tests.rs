@@ -143,7 +143,8 @@ async fn who_joins_a_deformed_model_waits_for_its_shapes_and_loses_no_epoch() {
     let late = lane.subscribe(Seed::Snapshot);
     let waits = tokio::time::timeout(Duration::from_millis(20), late.next()).await;
     assert!(waits.is_err() && lane.wants_shapes());
-    let moved = |id: u32| WireSurfel { position_in_world_m: [id as f32 * 1e-3, 0.001, 0.1], ..surfel(id, 0.0) };
+    let moved =
+        |id: u32| WireSurfel { position_in_world_m: [id as f32 * 1e-3, 0.001, 0.1], ..surfel(id, 0.0) };
     lane.bring_shapes(vec![moved(1), moved(2)]);
     assert!(!lane.wants_shapes());
     lane.publish(&warp()).unwrap();
@@ -197,16 +198,15 @@ async fn chunks_come_nearest_to_the_scope_first() {
     lane.publish(&update(0..10_000, &[])).unwrap();
     lane.set_scope([7.0, 0.0, 0.1]);
     let chunks = lane.subscribe(Seed::Whole).whole().await.unwrap();
-    let nearest_m = chunks.iter().map(|bytes| {
-        match protocol::decode_from_server(bytes.clone()).unwrap().body.unwrap() {
+    let nearest_m =
+        chunks.iter().map(|bytes| match protocol::decode_from_server(bytes.clone()).unwrap().body.unwrap() {
             from_server::Body::Snapshot(chunk) => {
                 let surfels = chunk.surfels.map(|block| protocol::unpack_surfels(&block).unwrap());
                 let off = |surfel: &WireSurfel| (surfel.position_in_world_m[0] - 7.0).abs();
                 surfels.map_or(0.0, |block| block.iter().map(off).fold(f32::MAX, f32::min))
             }
             other => panic!("{other:?} in a snapshot"),
-        }
-    });
+        });
     let nearest_m: Vec<f32> = nearest_m.collect();
     assert_eq!(nearest_m.len(), 5);
     assert!(nearest_m.is_sorted(), "{nearest_m:?}");

@@ -2,8 +2,8 @@
 
 use protocol::v1::ModelEpoch;
 use protocol::{
-    Bytes, NodePosition, NodeTransform, PackedModel, ProtocolError, SurfelRecord, WireSurfel, pack_ids, pack_nodes,
-    pack_surfels, pack_transforms,
+    Bytes, NodePosition, NodeTransform, PackedModel, ProtocolError, SurfelRecord, WireSurfel, pack_ids,
+    pack_nodes, pack_surfels, pack_transforms,
 };
 
 /// What a session's model did since the last one.
