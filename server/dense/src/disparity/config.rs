@@ -28,6 +28,8 @@ pub struct DisparityConfig {
     pub saturated_level: u32,
     /// Level up to which all channels lie in a dark pixel or the black frame.
     pub dark_level: u32,
+    /// Instrument masks are widened by this.
+    pub mask_margin_px: u32,
     /// Memory for the volumes of costs; larger images are matched in bands.
     pub volume_mib: u32,
     /// Rows by which bands overlap to each side.

@@ -1,6 +1,7 @@
 //! What surrounds the matching: images up to the GPU, grey values and masks; and from disparities down to depth,
 //! its standard deviation, normals and colours.
 
+mod mask;
 mod measure_surface;
 #[cfg(test)]
 mod measure_surface_oracle;

@@ -3,6 +3,7 @@
 use geometry::{Mask, Rgb};
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, GpuError};
 
+use super::mask;
 use super::prepare::{self, Exposure};
 use crate::DenseError;
 use crate::disparity::DisparityConfig;
@@ -34,6 +35,7 @@ impl EyeBuffers {
 pub struct Preprocess {
     size: (u32, u32),
     words: u32,
+    mask_margin_px: u32,
     eyes: [EyeBuffers; 2],
     prepare: [BoundKernel; 2],
 }
@@ -49,7 +51,7 @@ impl Preprocess {
         let exposure = gpu.uniform("exposure", &exposure)?;
         let eyes = [EyeBuffers::new(gpu, size)?, EyeBuffers::new(gpu, size)?];
         let prepare = [prepare::bind(gpu, &exposure, &eyes[0])?, prepare::bind(gpu, &exposure, &eyes[1])?];
-        Ok(Self { size, words, eyes, prepare })
+        Ok(Self { size, words, mask_margin_px: config.mask_margin_px, eyes, prepare })
     }
 
     /// Columns, rows.
@@ -79,7 +81,8 @@ impl Preprocess {
                 return Err(DenseError::ImageSize { what, found, expected: self.size });
             }
         }
-        gpu.write(&self.eyes[0].color, 0, &packed(left, mask))?;
+        let mask = mask.map(|mask| mask::widened(mask, self.mask_margin_px));
+        gpu.write(&self.eyes[0].color, 0, &packed(left, mask.as_ref()))?;
         gpu.write(&self.eyes[1].color, 0, &packed(right, None))?;
         Ok(())
     }
