@@ -39,6 +39,8 @@ pub(crate) struct SplatSettings {
     pub reach_max: f32,
     /// Unstable surfels last seen before this frame are deleted.
     pub forget_before: u32,
+    /// Frames that the model has taken so far.
+    pub tick: u32,
 }
 
 /// An index map of one view's size, bound to a store.

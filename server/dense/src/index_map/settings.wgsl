@@ -9,4 +9,6 @@ struct SplatSettings {
     reach_max: f32,
     // unstable surfels last seen before this frame are deleted
     forget_before: u32,
+    // frames that the model has taken so far
+    tick: u32,
 }

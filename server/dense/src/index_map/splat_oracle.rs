@@ -71,6 +71,7 @@ fn agreement(scale: u32, stable_only: u32) {
         stable_only,
         reach_max: 16.0 * scale as f32,
         forget_before: 0,
+        tick: 0,
     };
     let cells = run(&fixture, &settings);
     let expected = index_map(&fixture.view, &fixture.rows, &settings);

@@ -1,9 +1,9 @@
 //! The surfels in view.
 
-use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, PrefixSum, Stage};
+use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, GpuError, PrefixSum, Stage};
 
 use super::{SplatSettings, list_visible, write_visible};
-use crate::store::SurfelStore;
+use crate::store::{Row, SurfelStore};
 use crate::view::GpuView;
 
 /// Slots that one invocation looks at.
@@ -17,6 +17,7 @@ pub(crate) struct VisibleSurfels {
     /// Workgroups of 64 along x, y, z for one invocation each.
     pub groups: GpuBuffer<u32>,
     chunks: PrefixSum,
+    spheres: GpuBuffer<Row>,
     list: BoundKernel,
     write: BoundKernel,
 }
@@ -32,11 +33,18 @@ impl VisibleSurfels {
         let capacity = store.capacity() as usize;
         let chunks = PrefixSum::new(gpu, capacity.div_ceil(CHUNK as usize))?;
         let masks = gpu.storage("visible masks", capacity.div_ceil(CHUNK as usize))?;
+        let spheres = gpu.storage("visible spheres", capacity.div_ceil(CHUNK as usize))?;
         let slots = gpu.storage("visible slots", capacity + 1)?;
         let groups = gpu.storage("visible groups", 3)?;
-        let list = list_visible::bind(gpu, (view, settings), store, (&masks, &chunks.flags), results)?;
+        let list =
+            list_visible::bind(gpu, (view, settings), store, (&masks, &chunks.flags, &spheres), results)?;
         let write = write_visible::bind(gpu, settings, (&masks, &chunks), (&slots, &groups))?;
-        Ok(Self { slots, groups, chunks, list, write })
+        Ok(Self { slots, groups, chunks, spheres, list, write })
+    }
+
+    /// Forgets where the surfels are: their slots have changed.
+    pub fn forget(&self, frame: &mut FrameRecorder) {
+        frame.clear(&self.spheres);
     }
 
     /// Records the list over the first `slots` slots: 6 dispatches.

@@ -26,8 +26,14 @@ fn in_view(fixture: &Fixture, slot: usize) -> (bool, f64) {
 fn surfels_in_view_are_listed_in_order_and_forgotten_ones_deleted() {
     let fixture = Fixture::new(21);
     let buffers = &fixture.buffers;
-    let settings =
-        SplatSettings { slots: SLOTS as u32, scale: 1, stable_only: 0, reach_max: 16.0, forget_before: 28 };
+    let settings = SplatSettings {
+        slots: SLOTS as u32,
+        scale: 1,
+        stable_only: 0,
+        reach_max: 16.0,
+        forget_before: 28,
+        tick: 0,
+    };
     let map = IndexMap::new(&fixture.gpu, &buffers.view, &buffers.store, &buffers.results, fixture.pixels())
         .unwrap();
     fixture.write_results(&[0; 8]);
@@ -59,4 +65,58 @@ fn surfels_in_view_are_listed_in_order_and_forgotten_ones_deleted() {
     assert_eq!(fixture.gpu.read(&buffers.results).unwrap()[2], died);
     let groups = (listed.len() as u32).div_ceil(64);
     assert_eq!(fixture.gpu.read(&map.visible.groups).unwrap(), [groups, 1, 1]);
+}
+
+/// The slots that a map lists in a view.
+fn listed(fixture: &Fixture, map: &IndexMap, settings: &SplatSettings) -> Vec<u32> {
+    fixture.write_results(&[0; 8]);
+    let timer = gpu::StageTimer::new(&fixture.gpu, 2).unwrap();
+    let mut frame = gpu::FrameRecorder::begin(&fixture.gpu, &timer);
+    map.record(&fixture.gpu, &mut frame, settings).unwrap();
+    frame.submit().collect().unwrap();
+    let listed = fixture.gpu.read(&map.visible.slots).unwrap();
+    listed[1..=listed[0] as usize].to_vec()
+}
+
+/// A fixture of stable surfels, the chunks one beside the other.
+fn calm_fixture() -> Fixture {
+    let mut fixture = Fixture::new(22);
+    for slot in 0..SLOTS {
+        let at = Point3::new(-0.06 + 0.012 * (slot / 32) as f64, 2e-4 * (slot % 32) as f64, 0.06);
+        let [x, y, z] = (fixture.view.world_from_camera * at).coords.map(|value| value as f32).into();
+        fixture.rows.geometry[slot] = [x, y, z, 4e-4];
+        fixture.rows.history[slot][3] = ALIVE | STABLE;
+    }
+    crate::testing::upload(&fixture.gpu, &fixture.buffers.store, &fixture.rows);
+    fixture
+}
+
+#[test]
+fn a_chunk_out_of_view_is_passed_over_until_it_comes_into_view_or_its_turn_comes() {
+    let fixture = calm_fixture();
+    let crate::model::FrameBuffers { view, store, results, .. } = &fixture.buffers;
+    let map = IndexMap::new(&fixture.gpu, view, store, results, fixture.pixels()).unwrap();
+    let at_tick = |tick: u32| SplatSettings {
+        slots: SLOTS as u32,
+        scale: 1,
+        stable_only: 0,
+        reach_max: 16.0,
+        forget_before: 0,
+        tick,
+    };
+    let expected: Vec<u32> = (0..SLOTS).filter(|&slot| in_view(&fixture, slot).0).map(|s| s as u32).collect();
+    assert!(expected.len() > 60 && expected.len() < 260, "{}", expected.len());
+    assert_eq!(listed(&fixture, &map, &at_tick(20)), expected, "the first look");
+    assert_eq!(listed(&fixture, &map, &at_tick(21)), expected, "chunks out of view passed over");
+    // what leaps into view from far away is seen when its chunk's turn comes
+    let [hidden, shown] = [0, expected[0] as usize];
+    fixture.gpu.write(&store.geometry, hidden, &[fixture.rows.geometry[shown]]).unwrap();
+    assert!(!listed(&fixture, &map, &at_tick(22)).contains(&(hidden as u32)));
+    assert!(listed(&fixture, &map, &at_tick(32)).contains(&(hidden as u32)));
+    let timer = gpu::StageTimer::new(&fixture.gpu, 1).unwrap();
+    let mut frame = gpu::FrameRecorder::begin(&fixture.gpu, &timer);
+    map.visible.forget(&mut frame);
+    frame.submit().collect().unwrap();
+    fixture.gpu.write(&store.geometry, 32, &[fixture.rows.geometry[shown]]).unwrap();
+    assert!(listed(&fixture, &map, &at_tick(22)).contains(&32), "all is looked at anew");
 }

@@ -181,6 +181,7 @@ impl SurfelModel {
             stable_only: 0,
             reach_max: REACH_MAX_PX * scale as f32,
             forget_before: self.settings.frame.saturating_sub(self.config.fusion.unseen_frames_max),
+            tick: self.counts.frames,
         };
         frame.clear(&buffers.results);
         buffers.index_map.record(&self.gpu, frame, &splat)?;
@@ -255,8 +256,11 @@ impl SurfelModel {
     fn make_room(&mut self) -> Result<(), DenseError> {
         let dead = self.counts.slots - self.counts.alive;
         if f64::from(dead) > self.config.compaction_dead_share * f64::from(self.counts.slots.max(1)) {
-            let Bound { compaction, marked, .. } = &self.bound;
+            let Bound { compaction, marked, buffers, .. } = &self.bound;
             self.counts.slots = compaction.run(&self.gpu, &self.timer, marked, self.counts.slots)?;
+            let mut frame = FrameRecorder::begin(&self.gpu, &self.timer);
+            buffers.index_map.visible.forget(&mut frame);
+            frame.submit().collect()?;
         }
         let capacity = self.bound.buffers.store.capacity();
         let wanted = self.counts.slots.saturating_add(self.bound.buffers.observation.pixels());

@@ -47,7 +47,7 @@ pub(crate) fn render(
     let map = IndexMap::new(gpu, &view_uniform, store, &counts, pixels)?;
     let shade = shade::bind(gpu, (&view_uniform, &background), &map.slots, store, (&color, &depth))?;
     let settings =
-        SplatSettings { slots, scale: 1, stable_only: 1, reach_max: REACH_MAX_PX, forget_before: 0 };
+        SplatSettings { slots, scale: 1, stable_only: 1, reach_max: REACH_MAX_PX, forget_before: 0, tick: 0 };
     let mut frame = FrameRecorder::begin(gpu, timer);
     map.record(gpu, &mut frame, &settings)?;
     frame.stage("shade", |stage| stage.run(&shade, [width, height, 1]))?;
