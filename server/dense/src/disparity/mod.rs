@@ -25,6 +25,7 @@ mod median;
 #[cfg(test)]
 mod median_oracle;
 mod range;
+mod semi_global;
 mod speckle;
 #[cfg(test)]
 mod speckle_oracle;
