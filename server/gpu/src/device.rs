@@ -8,7 +8,7 @@ use bytemuck::Pod;
 use crate::adapter::{self, AdapterDescription, AdapterSelection};
 use crate::buffer::{BufferKind, GpuBuffer};
 use crate::memory::{Allocation, Ledger, MemoryUse};
-use crate::{GpuError, Kernel, KernelDeclaration, Readback};
+use crate::{Flushed, GpuError, Kernel, KernelDeclaration, Readback};
 
 /// Optional abilities of the device; where one is missing a plain path is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -228,7 +228,13 @@ impl Gpu {
     /// # Errors
     /// As [`Gpu::health`].
     pub fn wait(&self) -> Result<(), GpuError> {
-        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.wait_for(None)
+    }
+
+    /// Waits until `part` has run, or else everything submitted so far.
+    pub(crate) fn wait_for(&self, part: Option<Flushed>) -> Result<(), GpuError> {
+        let submission_index = part.map(|part| part.0);
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index, timeout: None });
         self.health()?;
         polled.map(|_| ()).map_err(|error| GpuError::DeviceLost { reason: error.to_string() })
     }

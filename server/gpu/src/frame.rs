@@ -24,6 +24,10 @@ pub struct Stage<'a> {
     dispatches: u32,
 }
 
+/// A part of a frame that the GPU already works on.
+#[derive(Clone, Debug)]
+pub struct Flushed(pub(crate) wgpu::SubmissionIndex);
+
 /// A submitted frame whose times have not been read yet.
 #[must_use = "the timer can serve the next frame only after this one's times are collected"]
 pub struct Submitted<'a> {
@@ -92,6 +96,18 @@ impl<'a> FrameRecorder<'a> {
         let bytes = (len * size_of::<T>()) as u64;
         self.encoder.copy_buffer_to_buffer(source.raw(), 0, target.raw(), 0, bytes);
         Ok(())
+    }
+
+    /// The device that the frame is for.
+    pub fn gpu(&self) -> &'a Gpu {
+        self.gpu
+    }
+
+    /// Hands what has been recorded so far to the GPU and returns at once; the frame goes on. Only for a stage that
+    /// needs the CPU in the middle of it.
+    pub fn flush(&mut self) -> Flushed {
+        let encoder = std::mem::replace(&mut self.encoder, new_encoder(self.gpu));
+        Flushed(self.gpu.queue.submit([encoder.finish()]))
     }
 
     /// Hands the frame to the GPU and returns at once.

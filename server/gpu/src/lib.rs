@@ -19,7 +19,7 @@ pub use adapter::{AdapterDescription, AdapterSelection, list_adapters};
 pub use buffer::{BufferKind, GpuBuffer};
 pub use device::{Capabilities, Gpu};
 pub use error::GpuError;
-pub use frame::{FrameRecorder, Stage, Submitted};
+pub use frame::{Flushed, FrameRecorder, Stage, Submitted};
 pub use kernel::{
     Bindable, Binding, BoundKernel, Kernel, KernelDeclaration, KernelReflection, resolve_imports,
 };

@@ -6,7 +6,7 @@ use std::time::Duration;
 use bytemuck::Pod;
 
 use crate::memory::Allocation;
-use crate::{FrameRecorder, Gpu, GpuBuffer, GpuError};
+use crate::{Flushed, FrameRecorder, Gpu, GpuBuffer, GpuError};
 
 /// How long a finished readback may take to be announced by another thread.
 const CALLBACK_TIMEOUT: Duration = Duration::from_secs(10);
@@ -47,7 +47,19 @@ impl<T: Pod> Readback<T> {
     /// # Errors
     /// [`GpuError::DeviceLost`] and whatever the driver has raised since it was last asked.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<T>, GpuError> {
-        let bytes = map_bytes(gpu, &self.staging)?;
+        self.take(gpu, None)
+    }
+
+    /// What the copy recorded before `part` brought; waits for no later work.
+    ///
+    /// # Errors
+    /// As [`Readback::read`].
+    pub fn read_after(&self, gpu: &Gpu, part: Flushed) -> Result<Vec<T>, GpuError> {
+        self.take(gpu, Some(part))
+    }
+
+    fn take(&self, gpu: &Gpu, part: Option<Flushed>) -> Result<Vec<T>, GpuError> {
+        let bytes = map_bytes(gpu, &self.staging, part)?;
         let mut elements = vec![T::zeroed(); self.len];
         let target: &mut [u8] = bytemuck::cast_slice_mut(&mut elements);
         let len = target.len();
@@ -56,15 +68,19 @@ impl<T: Pod> Readback<T> {
     }
 }
 
-/// Maps a staging buffer, copies it out and unmaps it.
-pub(crate) fn map_bytes(gpu: &Gpu, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
+/// Maps a staging buffer once `part`, or else all submitted work, has run; copies it out and unmaps it.
+pub(crate) fn map_bytes(
+    gpu: &Gpu,
+    staging: &wgpu::Buffer,
+    part: Option<Flushed>,
+) -> Result<Vec<u8>, GpuError> {
     gpu.health()?;
     let (sender, receiver) = std::sync::mpsc::sync_channel(1);
     staging.map_async(wgpu::MapMode::Read, .., move |result| {
         // The receiver outlives the poll below; if that failed, nobody wants the result.
         let _ = sender.try_send(result);
     });
-    gpu.wait()?;
+    gpu.wait_for(part)?;
     let lost = |reason: String| GpuError::DeviceLost { reason };
     // Where several threads wait on one device, the one that polled first runs the callbacks of all.
     let mapped = receiver

@@ -101,7 +101,7 @@ impl StageTimer {
     /// Milliseconds of each pass of the submitted frame.
     pub(crate) fn read(&self, gpu: &Gpu, passes: u32) -> Result<Vec<f64>, GpuError> {
         let Some(queries) = &self.queries else { return Ok(Vec::new()) };
-        let bytes = map_bytes(gpu, &queries.staging)?;
+        let bytes = map_bytes(gpu, &queries.staging, None)?;
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes[..passes as usize * 16]);
         let to_ms = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * queries.ns_per_tick * 1e-6;
         Ok(ticks.chunks_exact(2).map(to_ms).collect())

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::elas::ElasConfig;
 use crate::DenseError;
 use crate::config::require;
 
@@ -36,6 +37,8 @@ pub struct DisparityConfig {
     pub band_margin_px: u32,
     /// `[disparity.sgm]`.
     pub sgm: SgmConfig,
+    /// `[disparity.elas]`.
+    pub elas: ElasConfig,
     /// `[disparity.filter]`.
     pub filter: FilterConfig,
     /// `[disparity.spread]`.
@@ -46,6 +49,8 @@ pub struct DisparityConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
+    /// Support points, their triangulation as a prior, and the candidates near them (Geiger et al. 2010).
+    Elas,
     /// Census and semi-global matching (Hirschmueller 2008).
     Sgm,
 }
@@ -140,6 +145,7 @@ impl DisparityConfig {
         let volume = f64::from(self.volume_mib);
         require(self.volume_mib > 0, "disparity.volume_mib", volume, "above 0")?;
         self.sgm.check()?;
+        self.elas.check()?;
         self.filter.check()?;
         self.spread.check()
     }

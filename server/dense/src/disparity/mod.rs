@@ -14,6 +14,7 @@ mod census_oracle;
 mod compute;
 mod config;
 mod cross_check;
+mod elas;
 mod eyes;
 mod fit_plane;
 #[cfg(test)]
@@ -41,6 +42,7 @@ mod winner_oracle;
 
 pub use compute::{DisparityMap, Pair, compute};
 pub use config::{Auto, DisparityConfig, FilterConfig, Method, RangeEnd, SgmConfig, SpreadConfig};
+pub use elas::ElasConfig;
 pub use eyes::{EyeOrder, eye_order};
 pub use range::DisparityRange;
 pub use stage::DisparityStage;

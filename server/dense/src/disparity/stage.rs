@@ -5,6 +5,7 @@ use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, KernelDeclaration};
 use super::band::Band;
 use super::buffers::Images;
 use super::config::{DisparityConfig, Method};
+use super::elas::{self, Elas};
 use super::fit_plane::{self, PlaneFit};
 use super::range::DisparityRange;
 use super::semi_global::SemiGlobal;
@@ -24,7 +25,8 @@ pub struct DisparityStage {
 /// What finds the disparities that the planes are fitted to.
 #[derive(Debug)]
 enum Matcher {
-    SemiGlobal(SemiGlobal),
+    Elas(Box<Elas>),
+    SemiGlobal(Box<SemiGlobal>),
 }
 
 impl DisparityStage {
@@ -42,7 +44,10 @@ impl DisparityStage {
         let whole = Band::whole(input.size(), range);
         let images = Images::new(gpu, &whole)?;
         let matcher = match config.method {
-            Method::Sgm => Matcher::SemiGlobal(SemiGlobal::new(gpu, input, whole, &images, config)?),
+            Method::Elas => Matcher::Elas(Box::new(Elas::new(gpu, input, whole, &images, config)?)),
+            Method::Sgm => {
+                Matcher::SemiGlobal(Box::new(SemiGlobal::new(gpu, input, whole, &images, config)?))
+            }
         };
         let fit_plane = fit_plane::bind(gpu, &images, input.left(), &PlaneFit::new(config))?;
         Ok(Self { whole, images, matcher, fit_plane })
@@ -54,6 +59,7 @@ impl DisparityStage {
     /// Whatever the GPU refuses.
     pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
         match &self.matcher {
+            Matcher::Elas(matcher) => matcher.record(frame)?,
             Matcher::SemiGlobal(matcher) => matcher.record(frame)?,
         }
         let words = [self.whole.words, self.whole.height, 1];
@@ -70,6 +76,7 @@ impl DisparityStage {
     /// Bands that the image is matched in.
     pub fn band_count(&self) -> usize {
         match &self.matcher {
+            Matcher::Elas(_) => 1,
             Matcher::SemiGlobal(matcher) => matcher.band_count(),
         }
     }
@@ -87,5 +94,6 @@ pub(crate) fn kernels() -> Vec<KernelDeclaration> {
         fit_plane::DECLARATION,
     ];
     all.extend(speckle::DECLARATIONS);
+    all.extend(elas::kernels());
     all
 }
