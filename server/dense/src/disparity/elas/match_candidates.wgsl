@@ -2,7 +2,7 @@
 // prior, so that this runs while the support points are still being triangulated.
 //
 // energies: per pixel (energy << 10 | disparity index), NO_MATCH where there is no texture or no candidate; the energy
-// in sixteenths of the descriptors' difference, with the prior's largest bonus added so that none is negative.
+// in quarters of the descriptors' difference, with the prior's largest bonus added so that none is negative.
 // One invocation per pixel and view.
 
 @group(0) @binding(0) var<uniform> band: Band;
@@ -29,7 +29,7 @@ fn match_candidates(@builtin(global_invocation_id) id: vec3<u32>) {
                 bits &= bits - 1u;
                 let partner = i32(id.x) + partner_step(id.z) * (band.min_disparity + i32(index));
                 if (partner >= 0 && partner < i32(band.width)) {
-                    let energy = 16u * difference(own, descriptors[row + u32(partner)]) + search.bonus[0].x;
+                    let energy = 4u * difference(own, descriptors[row + u32(partner)]) + search.bonus[0].x;
                     least = min(least, (energy << 10u) | index);
                 }
             }

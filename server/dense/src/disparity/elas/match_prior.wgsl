@@ -1,7 +1,7 @@
 // Maximum a posteriori disparity of each pixel of both views (section 3.3, Eq. 10): the least energy among the
 // disparities about the plane of the pixel's triangle and the candidates of its grid cell. Energies are
 //   E(d) = beta |f - f'(d)|_1 - log(gamma + exp(-(d - mu)^2 / (2 sigma^2))),   the second term only about the plane,
-// divided by beta and counted in sixteenths. The left view is refined between the costs of its neighbours as in
+// divided by beta, the difference and so the energy counted in quarters. The left view is refined between the costs of its neighbours as in
 // cross_check.wgsl.
 //
 // energies: match_candidates.wgsl. planes: per triangle d = x a + y b + c and 1 where it is not too steep for a prior.
@@ -35,7 +35,7 @@ fn with_prior(least: u32, view: u32, x: u32, y: u32, own: vec4<u32>, plane: vec4
         if (cost != NO_MATCH) {
             let distance = u32(abs(index - middle));
             let bonus = select(0u, search.bonus[distance >> 2u][distance & 3u], plane.w > 0.0);
-            let energy = 16u * cost + search.bonus[0].x - bonus;
+            let energy = 4u * cost + search.bonus[0].x - bonus;
             result = min(result, (energy << 10u) | u32(index));
         }
     }

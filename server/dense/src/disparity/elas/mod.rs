@@ -18,21 +18,43 @@ macro_rules! elas_text {
 
 mod adaptive_mean;
 mod buffers;
+#[cfg(test)]
+mod candidates_oracle;
 mod check_views;
+#[cfg(test)]
+mod check_views_oracle;
 mod close_gaps;
 mod config;
 mod describe;
+#[cfg(test)]
+mod describe_oracle;
 mod drop_implausible;
 mod drop_redundant;
 mod fill_triangles;
+#[cfg(test)]
+mod fill_triangles_oracle;
 mod filters;
 mod mark_candidates;
 mod match_candidates;
 mod match_prior;
+#[cfg(test)]
+mod match_prior_oracle;
 mod match_support;
+#[cfg(test)]
+mod match_support_oracle;
 mod search;
+#[cfg(test)]
+mod smoothing_oracle;
 mod sobel;
+#[cfg(test)]
+mod sobel_oracle;
 mod stage;
+#[cfg(test)]
+mod stage_tests;
+#[cfg(test)]
+mod support_filters_oracle;
+#[cfg(test)]
+mod testing;
 mod triangulation;
 
 pub use config::ElasConfig;

@@ -5,7 +5,10 @@ use bytemuck::{Pod, Zeroable};
 use super::config::ElasConfig;
 use crate::disparity::band::Band;
 
-/// Energies count sixteenths of the descriptors' difference.
+/// The published parameters count quarters of the Sobel responses, the descriptors hold them in full.
+const RESPONSE_SCALE: u32 = 4;
+
+/// Energies count sixteenths of a difference as the parameters count it.
 const STEPS_PER_COST: f64 = 16.0;
 
 /// `Search` of `search.wgsl`.
@@ -50,8 +53,8 @@ impl Search {
             cell_columns: whole.width.div_ceil(cell),
             cell_rows: whole.height.div_ceil(cell),
             mask_words: (16 * whole.groups).div_ceil(32),
-            support_texture: config.support_texture,
-            match_texture: config.match_texture,
+            support_texture: RESPONSE_SCALE * config.support_texture,
+            match_texture: RESPONSE_SCALE * config.match_texture,
             support_threshold: config.support_threshold as f32,
             lr_threshold: config.lr_threshold as f32,
             incon_window: config.incon_window_size as i32,
@@ -60,7 +63,7 @@ impl Search {
             redun_max_dist: config.redun_max_dist as i32,
             redun_threshold: config.redun_threshold as i32,
             radius: config.radius() as i32,
-            rise_sigma: config.rise_sigma_px as f32,
+            rise_sigma: RESPONSE_SCALE as f32 * config.rise_sigma_px as f32,
             padding: [0; 2],
             bonus: [0, 4, 8, 12].map(|first| [0, 1, 2, 3].map(|next| bonus(first + next))),
         }

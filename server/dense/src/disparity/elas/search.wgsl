@@ -30,7 +30,7 @@ struct Search {
     rise_sigma: f32,
     padding_a: u32,
     padding_b: u32,
-    // what the prior takes off the energy, by the distance from its disparity; in sixteenths of a cost
+    // what the prior takes off the energy, by the distance from its disparity; in quarters of a difference
     bonus: array<vec4<u32>, 4>,
 }
 

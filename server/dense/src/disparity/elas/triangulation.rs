@@ -22,10 +22,13 @@ pub(super) struct Room {
 impl Room {
     /// For as many points as there are candidates, and the corners: a triangulation has less than two triangles a point.
     pub fn new(candidates: usize) -> Self {
-        let triangles = 4 * (candidates + 6);
+        let triangles = 4 * (candidates + 8);
         Self { triangles, strips: 2 * triangles }
     }
 }
+
+/// Columns and rows of a triangle's corners.
+type Corners = [(i32, i32); 3];
 
 /// One support point, on integer pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,7 +123,7 @@ fn delaunay(points: &[SupportPoint], view: u32) -> Vec<[SupportPoint; 3]> {
 }
 
 /// Corners with the inside to the right of each edge on the screen, and the plane; `None` for points on one line.
-fn oriented([a, b, c]: [SupportPoint; 3], view: u32) -> Option<([(i32, i32); 3], [f32; 4])> {
+fn oriented([a, b, c]: [SupportPoint; 3], view: u32) -> Option<(Corners, [f32; 4])> {
     let at = |point: &SupportPoint| (i64::from(column(point, view)), i64::from(point.y));
     let (p, q, r) = (at(&a), at(&b), at(&c));
     let doubled_area = (q.0 - p.0) * (r.1 - p.1) - (q.1 - p.1) * (r.0 - p.0);
@@ -149,7 +152,7 @@ fn plane(points: [SupportPoint; 3], view: u32) -> Option<[f32; 4]> {
 }
 
 /// The rows of the image, first and last, between a triangle's corners; empty outside of it.
-fn row_range(corners: &[(i32, i32); 3], height: u32) -> (u32, u32) {
+fn row_range(corners: &Corners, height: u32) -> (u32, u32) {
     let top = corners.iter().map(|corner| corner.1).fold(i32::MAX, i32::min).max(0);
     let bottom = corners.iter().map(|corner| corner.1).fold(i32::MIN, i32::max).min(height as i32 - 1);
     if top > bottom { (1, 0) } else { (top as u32, bottom as u32) }
@@ -170,4 +173,65 @@ fn strips(triangles: &[(u32, u32, u32)], room: usize) -> Vec<[u32; 4]> {
         })
     };
     triangles.iter().flat_map(cut).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(disparity: impl Fn(i32, i32) -> i32) -> Vec<SupportPoint> {
+        let places = (0..4).flat_map(|j| (0..4).map(move |i| (10 * i, 10 * j)));
+        places.map(|(x, y)| SupportPoint { x, y, disparity: disparity(x, y) }).collect()
+    }
+
+    #[test]
+    fn planes_go_through_their_points_in_both_views() {
+        let points = square(|x, y| 5 + x / 5 + y / 10);
+        let all = triangles(&points, 31, Room::new(100));
+        for (corners, plane) in all.corners.chunks(2).zip(&all.planes) {
+            let [ab, c] = [corners[0], corners[1]];
+            for (x, y) in [(ab[0], ab[1]), (ab[2], ab[3]), (c[0], c[1])] {
+                let disparity = plane[0] * x as f32 + plane[1] * y as f32 + plane[2];
+                let as_left =
+                    points.iter().any(|p| (p.x, p.y, p.disparity as f32) == (x, y, disparity.round()));
+                let as_right = points
+                    .iter()
+                    .any(|p| (p.x - p.disparity, p.y, p.disparity as f32) == (x, y, disparity.round()));
+                assert!(as_left || as_right, "({x}, {y}): {disparity}");
+                assert!((disparity - disparity.round()).abs() < 1e-4);
+            }
+            assert_eq!(plane[3], 1.0);
+        }
+        assert_eq!(all.planes.len(), 2 * 18);
+    }
+
+    #[test]
+    fn a_triangle_that_is_steep_in_either_view_is_no_prior() {
+        // 0.5 px per px on the left is 1 px per px on the right
+        let all = triangles(&square(|x, _| x / 2), 31, Room::new(100));
+        assert!(!all.planes.is_empty() && all.planes.iter().all(|plane| plane[3] == 0.0));
+    }
+
+    #[test]
+    fn points_on_one_line_or_at_one_place_give_no_triangle() {
+        let line: Vec<_> = (0..5).map(|x| SupportPoint { x, y: 7, disparity: 3 }).collect();
+        let heap = vec![SupportPoint { x: 4, y: 4, disparity: 1 }; 9];
+        for points in [Vec::new(), line, heap] {
+            assert_eq!(triangles(&points, 31, Room::new(100)), Triangles::default());
+        }
+    }
+
+    #[test]
+    fn strips_grow_where_there_is_little_room() {
+        let all = [(0, 0, 100), (1, 5, 33), (2, 90, 1)];
+        for room in [4, 7, 100] {
+            let strips = strips(&all, room);
+            assert!(strips.len() <= room);
+            for (name, first, rows) in all {
+                let of_triangle: Vec<_> = strips.iter().filter(|strip| strip[0] == name).collect();
+                assert_eq!(of_triangle[0][1], first);
+                assert_eq!(of_triangle.iter().map(|strip| strip[2]).sum::<u32>(), rows);
+            }
+        }
+    }
 }
