@@ -28,6 +28,10 @@ pub struct TrackingConfig {
     pub following: FollowingConfig,
     /// Adjustment of both beside tracking.
     pub mapping: MappingConfig,
+    /// Places by their looks.
+    pub recognition: RecognitionConfig,
+    /// Coming back to a place.
+    pub loops: LoopConfig,
 }
 
 /// Detection of oriented FAST corners.
@@ -152,8 +156,10 @@ pub struct RecoveryConfig {
     pub ransac_confidence: f64,
     /// Factor on the uncertainty of features in matches between whole images.
     pub sigma_factor: f64,
-    /// Keyframes tried per lost frame; older ones take turns.
-    pub keyframes_per_frame: u32,
+    /// A map of at most this many keyframes is forgotten when the camera stays lost, ...
+    pub restart_keyframes_max: u32,
+    /// ... for this many usable frames.
+    pub restart_frames: u32,
 }
 
 /// Keyframes and map points.
@@ -230,6 +236,30 @@ pub struct MappingConfig {
     pub parallax_min_deg: f64,
     /// A keyframe of whose points at least this share is seen by three others is removed.
     pub redundant_share: f64,
+}
+
+/// Recognition of places.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecognitionConfig {
+    /// Most differing bits of descriptors that are taken for the same corner.
+    pub distance_max_bits: u32,
+    /// Similar keyframes that a lost frame is compared with.
+    pub candidates: u32,
+}
+
+/// Loop closing.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoopConfig {
+    /// Keyframes since the place was last seen.
+    pub keyframes_between_min: u32,
+    /// Share of a keyframe's descriptors that an old one must have too to be looked at closely.
+    pub share_min: f64,
+    /// Old points that must fit the new keyframe's pose.
+    pub inliers_min: u32,
+    /// Shared points from which two keyframes hold each other in the correction.
+    pub essential_points_min: u32,
 }
 
 /// Refuses a value unless `condition` holds.

@@ -12,9 +12,11 @@ pub mod feature;
 pub mod following;
 mod frame;
 pub mod local_mapping;
+pub mod loop_closing;
 pub mod map;
 pub mod matching;
 pub mod optimize;
+pub mod relocalization;
 mod report;
 pub mod solve;
 mod tracker;
@@ -24,7 +26,7 @@ pub use error::TrackingError;
 pub use frame::{FrameFeatures, StereoFrame};
 pub use local_mapping::MappingPace;
 pub use report::{
-    FeatureMotion, KeyframeReason, Outcome, PoseSource, StereoDrift, TrackId, TrackedFeature, TrackingReport,
-    TrackingStatistics,
+    CorrectionKind, FeatureMotion, KeyframeCorrection, KeyframeReason, MapCorrection, Outcome, PoseSource,
+    StereoDrift, TrackId, TrackedFeature, TrackingReport, TrackingStatistics,
 };
 pub use tracker::Tracker;

@@ -127,6 +127,39 @@ pub struct TrackingReport {
     pub keyframe: Option<KeyframeReason>,
     /// How the rig has drifted from its calibration.
     pub drift: StereoDrift,
+    /// Set where the map, or what is known of the camera, has changed by more than a frame's motion.
+    pub correction: Option<MapCorrection>,
+}
+
+/// A correction of the map, for what hangs on it: the dense model bends with the keyframes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapCorrection {
+    /// What happened.
+    pub kind: CorrectionKind,
+    /// Where the keyframes were and are, oldest first.
+    pub keyframes: Vec<KeyframeCorrection>,
+}
+
+/// Why the map changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CorrectionKind {
+    /// The camera came back to an old place: all keyframes, with the drift since then taken out.
+    Loop,
+    /// The camera was found again. The map stands as it was; the one entry is the camera, from where it was lost.
+    Relocalization,
+    /// The map was useless and was forgotten: this frame defines a new world. No keyframes.
+    Restart,
+}
+
+/// Where a keyframe was and is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyframeCorrection {
+    /// When it was taken.
+    pub stamp_ns: u64,
+    /// Its pose before.
+    pub world_from_camera_before: Pose,
+    /// Its pose now.
+    pub world_from_camera_after: Pose,
 }
 
 /// How far two optical paths have bent against each other since they were calibrated.

@@ -6,6 +6,7 @@ use super::edit::{Edit, apply};
 use super::window::Window;
 use super::{adjustment, fusion, triangulation};
 use crate::config::TrackingConfig;
+use crate::loop_closing::{LoopClosure, Suspicion};
 use crate::map::{KeyframeId, Map, PointId, excerpt};
 
 /// A keyframe and a copy of its surroundings.
@@ -14,6 +15,7 @@ pub struct Work {
     newest: KeyframeId,
     window: Window,
     part: Map,
+    suspicion: Option<Suspicion>,
 }
 
 /// What came of it.
@@ -25,6 +27,8 @@ pub struct Finished {
     pub pose_before: Pose,
     /// Changes to carry out.
     pub edits: Vec<Edit>,
+    /// The loop that the keyframe closes.
+    pub closure: Option<LoopClosure>,
 }
 
 /// What all of mapping reads.
@@ -40,11 +44,16 @@ pub struct MappingContext {
 
 impl Work {
     /// The work that a keyframe gives; `None` where it is gone.
-    pub fn around(map: &Map, newest: KeyframeId, config: &TrackingConfig) -> Option<Self> {
+    pub fn around(
+        map: &Map,
+        newest: KeyframeId,
+        suspicion: Option<Suspicion>,
+        config: &TrackingConfig,
+    ) -> Option<Self> {
         map.keyframe(newest)?;
         let window = Window::around(map, newest, &config.mapping);
         let part = excerpt(map, &window.all(), window.free.len());
-        Some(Self { newest, window, part })
+        Some(Self { newest, window, part, suspicion })
     }
 
     /// New points from two views, duplicates merged, poses and points adjusted.
@@ -69,7 +78,9 @@ impl Work {
         let adjusted =
             adjustment::adjust(&self.part, &self.window, &context.rig, &context.scales, &context.config);
         edits.extend(adjusted);
-        Some(Finished { newest: self.newest, pose_before, edits })
+        let keyframe = self.part.keyframe(self.newest)?;
+        let closure = self.suspicion.and_then(|suspicion| suspicion.prove(self.newest, keyframe, context));
+        Some(Finished { newest: self.newest, pose_before, edits, closure })
     }
 
     fn carry_on(

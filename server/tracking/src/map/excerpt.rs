@@ -14,6 +14,15 @@ impl PointId {
     }
 }
 
+impl Map {
+    /// Forgets the sightings by keyframes that are not here.
+    pub fn drop_dangling(&mut self) {
+        for point in self.points.values_mut() {
+            point.seen.retain(|seen| self.keyframes.contains_key(&seen.keyframe));
+        }
+    }
+}
+
 /// A copy of some keyframes and of the points that the first `with_points` of them see; links to what is left out dangle.
 pub fn excerpt(map: &Map, keyframes: &[KeyframeId], with_points: usize) -> Map {
     let mut part = Map { next_keyframe: map.next_keyframe, next_point: FIRST_PROVISIONAL, ..Map::default() };

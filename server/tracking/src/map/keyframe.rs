@@ -5,6 +5,7 @@ use std::sync::Arc;
 use geometry::Pose;
 
 use super::PointId;
+use crate::feature::Descriptor;
 use crate::frame::FrameFeatures;
 
 /// Names a keyframe; later ones are greater.
@@ -15,6 +16,13 @@ impl KeyframeId {
     /// Keyframes made between two ids.
     pub fn age(self, newer: Self) -> u64 {
         newer.0.saturating_sub(self.0)
+    }
+}
+
+#[cfg(test)]
+impl KeyframeId {
+    pub(crate) fn of(number: u64) -> Self {
+        Self(number)
     }
 }
 
@@ -49,6 +57,16 @@ impl Keyframe {
     /// The older keyframe that it hangs on in the spanning tree; none for a root.
     pub fn parent(&self) -> Option<KeyframeId> {
         self.parent
+    }
+
+    /// Descriptors of the features that see a map point.
+    pub fn mapped_descriptors(&self) -> Vec<Descriptor> {
+        let descriptors = &self.frame.features.descriptors;
+        self.points
+            .iter()
+            .zip(descriptors)
+            .filter_map(|(point, descriptor)| point.map(|_| *descriptor))
+            .collect()
     }
 
     /// Number of map points seen.

@@ -28,6 +28,8 @@ pub struct Map {
     points: BTreeMap<PointId, MapPoint>,
     next_keyframe: u64,
     next_point: u64,
+    /// Pairs of keyframes, new and old, that closed a loop.
+    loops: Vec<(KeyframeId, KeyframeId)>,
 }
 
 impl Map {
@@ -69,6 +71,41 @@ impl Map {
     /// A keyframe's pose to be changed, unless it was removed.
     pub fn keyframe_pose_mut(&mut self, id: KeyframeId) -> Option<&mut Pose> {
         self.keyframes.get_mut(&id).map(|keyframe| &mut keyframe.camera_from_world)
+    }
+
+    /// Moves keyframes, and each point with the keyframe that made it or else with the oldest that sees it.
+    pub fn move_keyframes(&mut self, camera_from_world: &BTreeMap<KeyframeId, Pose>) {
+        let correction = |keyframe: &KeyframeId| {
+            Some(camera_from_world.get(keyframe)?.inverse() * self.keyframes.get(keyframe)?.camera_from_world)
+        };
+        for point in self.points.values_mut() {
+            let moved = correction(&point.created_in)
+                .or_else(|| point.seen.iter().find_map(|seen| correction(&seen.keyframe)));
+            if let Some(new_from_old) = moved {
+                point.position_in_world = new_from_old * point.position_in_world;
+                point.view_direction = new_from_old * point.view_direction;
+            }
+        }
+        for (id, pose) in camera_from_world {
+            if let Some(keyframe) = self.keyframes.get_mut(id) {
+                keyframe.camera_from_world = *pose;
+            }
+        }
+    }
+
+    /// Notes that two keyframes closed a loop.
+    pub fn note_loop(&mut self, newer: KeyframeId, older: KeyframeId) {
+        self.loops.push((newer, older));
+    }
+
+    /// Pairs of keyframes, new and old, that closed a loop, as far as both are still there.
+    pub fn loops(&self) -> impl Iterator<Item = (KeyframeId, KeyframeId)> {
+        self.loops.iter().copied()
+    }
+
+    /// Forgets everything but which ids were given.
+    pub fn clear(&mut self) {
+        *self = Self { next_keyframe: self.next_keyframe, next_point: self.next_point, ..Self::default() };
     }
 
     /// Notes whether the camera was found not to have moved at a keyframe.
@@ -176,6 +213,7 @@ impl Map {
     pub fn remove_keyframe(&mut self, id: KeyframeId) {
         let Some(keyframe) = self.keyframes.remove(&id) else { return };
         self.entrust_children(id, keyframe.parent);
+        self.loops.retain(|(newer, older)| *newer != id && *older != id);
         for point_id in keyframe.points.into_iter().flatten() {
             if let Some(point) = self.points.get_mut(&point_id) {
                 point.seen.retain(|seen| seen.keyframe != id);

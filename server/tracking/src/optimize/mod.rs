@@ -2,3 +2,4 @@
 
 pub mod bundle;
 mod cholesky;
+pub mod pose_graph;

@@ -3,7 +3,8 @@
 mod keyframe_rule;
 mod mapping;
 mod motion_model;
-mod pose_search;
+pub(crate) mod pose_search;
+mod recovery;
 
 use std::sync::Arc;
 
@@ -17,14 +18,16 @@ use crate::following::{Followed, Follower, FollowingContext};
 use crate::frame::{FrameFeatures, StereoFrame};
 use crate::local_mapping::{self, Mapper, MappingContext, MappingPace, PosedFrame};
 use crate::map::{KeyframeId, Map};
+use crate::relocalization::PlaceIndex;
 use crate::report::{
-    KeyframeReason, Outcome, PoseSource, StereoDrift, TrackedFeature, TrackingReport, TrackingStatistics,
+    KeyframeReason, MapCorrection, Outcome, PoseSource, StereoDrift, TrackedFeature, TrackingReport,
+    TrackingStatistics,
 };
 use crate::solve::reprojection::PointObservation;
 use crate::solve::stereo_drift::{disparity_excess_px, gain};
 use keyframe_rule::TrackedFrame;
 use motion_model::Velocity;
-use pose_search::{Frame, Located, PoseSearch, relocalisation_candidates};
+use pose_search::{Frame, Located, PoseSearch};
 
 /// Follows one stereo camera; owns its map.
 #[derive(Debug)]
@@ -36,6 +39,10 @@ pub struct Tracker {
     map: Map,
     state: State,
     mapper: Mapper,
+    mapping: MappingContext,
+    places: PlaceIndex,
+    /// Of the frame under way.
+    correction: Option<MapCorrection>,
     /// The newest keyframe that mapping has not begun with.
     unmapped: Option<KeyframeId>,
     keyframes_passed_over: u64,
@@ -49,7 +56,12 @@ pub struct Tracker {
 enum State {
     NotInitialized,
     Tracking(Track),
-    Lost { since_ns: u64, attempts: u64 },
+    /// With the number of usable frames since, and where the camera was last seen.
+    Lost {
+        since_ns: u64,
+        attempts: u64,
+        last_seen: Pose,
+    },
 }
 
 /// What is carried from one tracked frame to the next.
@@ -87,7 +99,7 @@ impl Tracker {
         let scales = extractor.scales();
         let (map, state) = (Map::default(), State::NotInitialized);
         let context = MappingContext { rig: *rig, scales: scales.clone(), config: config.clone() };
-        let mapper = Mapper::start(context, pace)?;
+        let mapper = Mapper::start(context.clone(), pace)?;
         Ok(Self {
             config: config.clone(),
             rig: *rig,
@@ -96,6 +108,9 @@ impl Tracker {
             map,
             state,
             mapper,
+            mapping: context,
+            places: PlaceIndex::new(),
+            correction: None,
             unmapped: None,
             keyframes_passed_over: 0,
             frame_number: 0,
@@ -133,18 +148,31 @@ impl Tracker {
         let located = match &before {
             State::NotInitialized => self.first_frame(frame),
             State::Tracking(track) => self.follow(frame, track),
+            State::Lost { attempts, .. } if self.is_map_useless(&features, *attempts) => {
+                self.forget_map();
+                self.first_frame(frame)
+            }
             State::Lost { attempts, .. } => self.relocalise(frame, *attempts),
         };
         let elapsed_s = elapsed_ns as f64 * 1e-9;
         self.follow_rows(&features, if starting { f64::INFINITY } else { elapsed_s });
         let located = located.map(|located| self.follow_disparity(located, elapsed_s));
         let (state, verdict) = match (located, before) {
-            (Some(located), State::Lost { .. }) => self.accept(located, Outcome::Recovered, None),
+            (Some(located), State::Lost { .. }) if located.source == PoseSource::FirstFrame => {
+                self.accept(located, Outcome::Tracked, None)
+            }
+            (Some(located), State::Lost { last_seen, .. }) => {
+                self.note_relocalisation(&located, &last_seen);
+                self.accept(located, Outcome::Recovered, None)
+            }
             (Some(located), State::Tracking(track)) => self.accept(located, Outcome::Tracked, Some(&track)),
             (Some(located), State::NotInitialized) => self.accept(located, Outcome::Tracked, None),
             (None, State::NotInitialized) => (State::NotInitialized, Outcome::NotInitialized.into()),
-            (None, State::Tracking(_)) => lost(stamp_ns, 1),
-            (None, State::Lost { since_ns, attempts }) => lost(since_ns, attempts + 1),
+            (None, State::Tracking(track)) => lost(stamp_ns, 1, track.last.camera_from_world),
+            (None, State::Lost { since_ns, attempts, last_seen }) => {
+                let usable = features.stereo_count() >= self.config.recovery.initial_points_min as usize;
+                lost(since_ns, attempts + u64::from(usable), last_seen)
+            }
         };
         self.state = state;
         self.give_mapping()?;
@@ -189,15 +217,6 @@ impl Tracker {
                 search.by_view(frame, reference.into(), PoseSource::ReferenceKeyframe)
             })
             .or_else(|| self.relocalise(frame, 0))
-    }
-
-    fn relocalise(&self, frame: Frame, attempt: u64) -> Option<Located> {
-        let search = self.pose_search();
-        let count = self.config.recovery.keyframes_per_frame as usize;
-        relocalisation_candidates(&self.map, attempt, count)
-            .into_iter()
-            .filter_map(|id| self.map.keyframe(id))
-            .find_map(|keyframe| search.by_view(frame, keyframe.into(), PoseSource::Relocalisation))
     }
 
     /// Rows need no pose.
@@ -312,7 +331,12 @@ impl Tracker {
         PoseSearch { config: &self.config, rig: &self.rig, scales: &self.scales, map: &self.map }
     }
 
-    fn report(&self, features: &FrameFeatures, verdict: &Verdict, followed: &[Followed]) -> TrackingReport {
+    fn report(
+        &mut self,
+        features: &FrameFeatures,
+        verdict: &Verdict,
+        followed: &[Followed],
+    ) -> TrackingReport {
         let feature = |(index, keypoint): (usize, &crate::feature::Keypoint)| TrackedFeature {
             pixel: keypoint.pixel,
             depth_m: features.stereo[index].map(|stereo| stereo.depth_m),
@@ -338,6 +362,7 @@ impl Tracker {
             },
             keyframe: verdict.keyframe,
             drift: self.drift,
+            correction: self.correction.take(),
         }
     }
 }
@@ -371,8 +396,8 @@ impl From<Outcome> for Verdict {
     }
 }
 
-fn lost(since_ns: u64, attempts: u64) -> (State, Verdict) {
-    (State::Lost { since_ns, attempts }, Outcome::Lost { since_ns }.into())
+fn lost(since_ns: u64, attempts: u64, last_seen: Pose) -> (State, Verdict) {
+    (State::Lost { since_ns, attempts, last_seen }, Outcome::Lost { since_ns }.into())
 }
 
 fn check_rig(rig: &StereoRig, config: &TrackingConfig) -> Result<(), TrackingError> {

@@ -18,14 +18,14 @@ use crate::solve::standstill::still_share;
 
 /// A frame of unknown pose.
 #[derive(Clone, Copy)]
-pub(super) struct Frame<'a> {
-    pub(super) stamp_ns: u64,
-    pub(super) features: &'a Arc<FrameFeatures>,
+pub(crate) struct Frame<'a> {
+    pub(crate) stamp_ns: u64,
+    pub(crate) features: &'a Arc<FrameFeatures>,
 }
 
 /// An earlier frame of known pose, kept as a keyframe or not.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
+pub(crate) struct View<'a> {
     camera_from_world: &'a Pose,
     features: &'a FrameFeatures,
     /// Map point of each feature.
@@ -47,36 +47,36 @@ impl<'a> From<&'a Keyframe> for View<'a> {
 
 /// A frame whose pose was found.
 #[derive(Debug)]
-pub(super) struct Located {
-    pub(super) posed: PosedFrame,
-    pub(super) source: PoseSource,
+pub(crate) struct Located {
+    pub(crate) posed: PosedFrame,
+    pub(crate) source: PoseSource,
     /// The keyframe that shares most points with it; `None` for the first frame.
-    pub(super) reference: Option<KeyframeId>,
+    pub(crate) reference: Option<KeyframeId>,
     /// Local map points that the camera should see.
-    pub(super) expected: Vec<PointId>,
+    pub(crate) expected: Vec<PointId>,
     /// Those found, and how badly each fits the pose.
-    pub(super) misfits: Vec<(PointId, f64)>,
+    pub(crate) misfits: Vec<(PointId, f64)>,
 }
 
 impl Located {
     /// Matches that fit the pose.
-    pub(super) fn inliers(&self) -> usize {
+    pub(crate) fn inliers(&self) -> usize {
         self.posed.matches.iter().flatten().count()
     }
 }
 
 /// What all searches read.
 #[derive(Clone, Copy)]
-pub(super) struct PoseSearch<'a> {
-    pub(super) config: &'a TrackingConfig,
-    pub(super) rig: &'a StereoRig,
-    pub(super) scales: &'a [f32],
-    pub(super) map: &'a Map,
+pub(crate) struct PoseSearch<'a> {
+    pub(crate) config: &'a TrackingConfig,
+    pub(crate) rig: &'a StereoRig,
+    pub(crate) scales: &'a [f32],
+    pub(crate) map: &'a Map,
 }
 
 impl PoseSearch<'_> {
     /// Looks for the last frame's points where a predicted pose puts them, first in the narrow, then in the wide window.
-    pub(super) fn by_motion(&self, frame: Frame, last: &PosedFrame, predicted: &Pose) -> Option<Located> {
+    pub(crate) fn by_motion(&self, frame: Frame, last: &PosedFrame, predicted: &Pose) -> Option<Located> {
         let search = &self.config.search;
         let windows = [
             (search.motion_radius_px, PoseSource::MotionModel, predicted),
@@ -92,7 +92,7 @@ impl PoseSearch<'_> {
     }
 
     /// Looks for an earlier view's features anywhere in the frame.
-    pub(super) fn by_view(&self, frame: Frame, view: View, source: PoseSource) -> Option<Located> {
+    pub(crate) fn by_view(&self, frame: Frame, view: View, source: PoseSource) -> Option<Located> {
         let search = &self.config.search;
         let pairs = mutual_matches(
             &view.features.features.descriptors,
@@ -261,13 +261,4 @@ impl Matched {
         };
         self.places.iter().zip(&self.observations).map(|(&(_, id), point)| (id, misfit(point))).collect()
     }
-}
-
-/// Keyframes to try for a frame that nothing else explains: the newest, then older ones in turns by attempt.
-pub(super) fn relocalisation_candidates(map: &Map, attempt: u64, count: usize) -> Vec<KeyframeId> {
-    let newest_first: Vec<KeyframeId> = map.keyframes().rev().map(|(id, _): (_, &Keyframe)| id).collect();
-    let Some((&newest, older)) = newest_first.split_first() else { return Vec::new() };
-    let taken = count.saturating_sub(1).min(older.len());
-    let start = if older.is_empty() { 0 } else { (attempt as usize).wrapping_mul(taken) % older.len() };
-    std::iter::once(newest).chain((0..taken).map(|step| older[(start + step) % older.len()])).collect()
 }
