@@ -42,6 +42,8 @@ pub struct ElasConfig {
     pub sradius: f64,
     /// Least texture of a pixel, sum of 16 responses.
     pub match_texture: u32,
+    /// Whether a pixel far from any support point is matched about its plane alone.
+    pub prior_alone: bool,
     /// Largest disagreement of the left and the right view, px.
     pub lr_threshold: f64,
     /// Disparity step within one surface, px.

@@ -58,6 +58,10 @@ fn disparity_at(view: u32, x: u32, y: u32) -> vec2<f32> {
     if (triangle == 0u || is_silent(own) || texture(own) < search.match_texture) {
         return none;
     }
+    // a plane between far points is no evidence
+    if (search.prior_alone == 0u && energies[at] == NO_MATCH) {
+        return none;
+    }
     let least = with_prior(energies[at], view, x, y, own, planes[triangle - 1u]);
     let index = least & 1023u;
     if (least == NO_MATCH || index == 0u || index + 1u >= 16u * band.groups) {

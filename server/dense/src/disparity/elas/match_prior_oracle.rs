@@ -41,7 +41,8 @@ impl Mirror<'_> {
         let own = &self.descriptors[self.bench.index(view, x, y)];
         let plane =
             triangle.filter(|_| !is_silent(own) && texture(own) >= self.bench.search.match_texture)?;
-        let k = self.best(at, energy, plane)?;
+        let supported = self.bench.search.prior_alone == 1 || energy != u32::MAX;
+        let k = supported.then(|| self.best(at, energy, plane))??;
         let disparity = f64::from(MIN_DISPARITY + k);
         if view == 1 {
             return Some([disparity, 0.0]);

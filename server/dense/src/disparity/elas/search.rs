@@ -33,7 +33,8 @@ pub(super) struct Search {
     pub redun_threshold: i32,
     pub radius: i32,
     pub rise_sigma: f32,
-    padding: [u32; 2],
+    pub prior_alone: u32,
+    padding: u32,
     pub bonus: [[u32; 4]; 4],
 }
 
@@ -64,7 +65,8 @@ impl Search {
             redun_threshold: config.redun_threshold as i32,
             radius: config.radius() as i32,
             rise_sigma: RESPONSE_SCALE as f32 * config.rise_sigma_px as f32,
-            padding: [0; 2],
+            prior_alone: config.prior_alone.into(),
+            padding: 0,
             bonus: [0, 4, 8, 12].map(|first| [0, 1, 2, 3].map(|next| bonus(first + next))),
         }
     }

@@ -28,8 +28,9 @@ struct Search {
     radius: i32,
     // standard deviation of a match whose costs rise by 1 to both sides together, px
     rise_sigma: f32,
-    padding_a: u32,
-    padding_b: u32,
+    // 1: a pixel without any candidate in its grid cell is matched about its plane alone
+    prior_alone: u32,
+    padding: u32,
     // what the prior takes off the energy, by the distance from its disparity; in quarters of a difference
     bonus: array<vec4<u32>, 4>,
 }
