@@ -10,6 +10,8 @@ use crate::config::require;
 pub(super) const COST_MAX: u32 = 31;
 /// Largest cost of one path: the sum of two fits a byte.
 const PATH_COST_MAX: u32 = 127;
+/// Most times that an image is halved.
+const LEVEL_MAX: u32 = 4;
 
 /// Options of stereo matching; every value lives in `config/server.toml`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -39,6 +41,10 @@ pub struct DisparityConfig {
     pub sgm: SgmConfig,
     /// `[disparity.elas]`.
     pub elas: ElasConfig,
+    /// `[disparity.narrow]`.
+    pub narrow: NarrowConfig,
+    /// `[disparity.patch]`.
+    pub patch: PatchConfig,
     /// `[disparity.filter]`.
     pub filter: FilterConfig,
     /// `[disparity.spread]`.
@@ -77,6 +83,8 @@ pub enum Auto {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SgmConfig {
+    /// How often the image is halved before all disparities are searched.
+    pub coarse_level: u32,
     /// Paths: 4 or 8.
     pub paths: u32,
     /// Penalty of a step of one disparity.
@@ -95,6 +103,50 @@ pub struct SgmConfig {
     pub cross_check_px: i32,
     /// Share of the cost around a minimum that may be the small penalty's and is left out of sub-pixel refinement.
     pub subpixel_penalty_share: f64,
+}
+
+/// Matching of 16 disparities about the surface found at the next coarser level; costs are bits of 31.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NarrowConfig {
+    /// The finest level that is matched so; 0 is the image itself.
+    pub finest_level: u32,
+    /// Penalty of a step of one disparity off the surface.
+    pub small_penalty: u32,
+    /// Penalty of a jump where grey values are even.
+    pub jump_penalty_max: u32,
+    /// Penalty of a jump across a grey edge, at least.
+    pub jump_penalty_min: u32,
+    /// Fall of the jump penalty per grey level.
+    pub jump_penalty_per_level: f64,
+    /// As in [`FilterConfig`], for what is matched here.
+    pub first_gate_px: f64,
+    /// As in [`FilterConfig`], for what is matched here.
+    pub second_gate_px: f64,
+}
+
+/// Inverse search of planar patches; pixels are those of the level.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PatchConfig {
+    /// Rounds at the level that is searched.
+    pub coarse_rounds: u32,
+    /// Rounds at each finer level that is matched.
+    pub finer_rounds: u32,
+    /// Distance of the 5 x 5 samples of a patch, pixels of the level.
+    pub stride_px: u32,
+    /// Weight of a pixel's present disparity against its texture, squared grey levels per pixel.
+    pub prior_weight: f64,
+    /// Larger differences of grey between the eyes count as this.
+    pub difference_max_levels: f64,
+    /// Largest step of a pixel per round.
+    pub step_max_px: f64,
+    /// Gate about a pixel's own plane for others to take part in its patch.
+    pub gate_px: f64,
+    /// Largest move of a disparity per round.
+    pub shift_max_px: f64,
+    /// By how much a surface must be nearer to hide another from the right eye.
+    pub hidden_tolerance_px: f64,
 }
 
 /// What is done to the matched disparities.
@@ -127,6 +179,8 @@ pub struct SpreadConfig {
     pub curvature_px: f64,
     /// Times the share of the window that is not on the plane.
     pub missing_px: f64,
+    /// Grey levels of noise: divided by the root of the summed squared gradients of a patch.
+    pub noise_levels: f64,
 }
 
 impl DisparityConfig {
@@ -146,6 +200,8 @@ impl DisparityConfig {
         require(self.volume_mib > 0, "disparity.volume_mib", volume, "above 0")?;
         self.sgm.check()?;
         self.elas.check()?;
+        self.narrow.check()?;
+        self.patch.check()?;
         self.filter.check()?;
         self.spread.check()
     }
@@ -153,6 +209,8 @@ impl DisparityConfig {
 
 impl SgmConfig {
     fn check(&self) -> Result<(), DenseError> {
+        let level = f64::from(self.coarse_level);
+        require(self.coarse_level <= LEVEL_MAX, "disparity.sgm.coarse_level", level, "at most 4")?;
         let paths = f64::from(self.paths);
         require([4, 8].contains(&self.paths), "disparity.sgm.paths", paths, "4 or 8")?;
         let (small, low, high) = (self.small_penalty, self.jump_penalty_min, self.jump_penalty_max);
@@ -174,6 +232,51 @@ impl SgmConfig {
     }
 }
 
+impl NarrowConfig {
+    fn check(&self) -> Result<(), DenseError> {
+        let (small, low, high) = (self.small_penalty, self.jump_penalty_min, self.jump_penalty_max);
+        let limit = high <= PATH_COST_MAX - COST_MAX;
+        require(limit, "disparity.narrow.jump_penalty_max", f64::from(high), "at most 96")?;
+        let ordered = small <= low && low <= high;
+        let requirement = "between disparity.narrow.small_penalty and disparity.narrow.jump_penalty_max";
+        require(ordered, "disparity.narrow.jump_penalty_min", f64::from(low), requirement)?;
+        let fall = self.jump_penalty_per_level;
+        require(
+            (0.0..=96.0).contains(&fall),
+            "disparity.narrow.jump_penalty_per_level",
+            fall,
+            "from 0 to 96",
+        )?;
+        let gates = [
+            ("disparity.narrow.first_gate_px", self.first_gate_px),
+            ("disparity.narrow.second_gate_px", self.second_gate_px),
+        ];
+        all_positive(&gates)
+    }
+}
+
+impl PatchConfig {
+    fn check(&self) -> Result<(), DenseError> {
+        let rounds = [
+            ("disparity.patch.coarse_rounds", self.coarse_rounds),
+            ("disparity.patch.finer_rounds", self.finer_rounds),
+            ("disparity.patch.stride_px", self.stride_px),
+        ];
+        rounds
+            .into_iter()
+            .try_for_each(|(field, count)| require(count <= 16, field, f64::from(count), "at most 16"))?;
+        let positive = [
+            ("disparity.patch.prior_weight", self.prior_weight),
+            ("disparity.patch.difference_max_levels", self.difference_max_levels),
+            ("disparity.patch.step_max_px", self.step_max_px),
+            ("disparity.patch.gate_px", self.gate_px),
+            ("disparity.patch.shift_max_px", self.shift_max_px),
+            ("disparity.patch.hidden_tolerance_px", self.hidden_tolerance_px),
+        ];
+        all_positive(&positive)
+    }
+}
+
 impl FilterConfig {
     fn check(&self) -> Result<(), DenseError> {
         let positive = [
@@ -183,10 +286,14 @@ impl FilterConfig {
             ("disparity.filter.shift_max_px", self.shift_max_px),
             ("disparity.filter.fill_share_min", self.fill_share_min),
         ];
-        positive.into_iter().try_for_each(|(field, value)| {
-            require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")
-        })
+        all_positive(&positive)
     }
+}
+
+fn all_positive(values: &[(&'static str, f64)]) -> Result<(), DenseError> {
+    values.iter().try_for_each(|&(field, value)| {
+        require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")
+    })
 }
 
 impl SpreadConfig {
@@ -197,6 +304,7 @@ impl SpreadConfig {
             ("disparity.spread.residual_factor", self.residual_factor),
             ("disparity.spread.curvature_px", self.curvature_px),
             ("disparity.spread.missing_px", self.missing_px),
+            ("disparity.spread.noise_levels", self.noise_levels),
         ];
         factors.into_iter().try_for_each(|(field, value)| {
             require(value.is_finite() && value >= 0.0, field, value, "a finite number from 0 up")

@@ -4,7 +4,7 @@ use geometry::{Raster, Rgb};
 use gpu::Gpu;
 
 use super::compute::{Pair, compute};
-use super::config::DisparityConfig;
+use super::config::{DisparityConfig, SgmConfig};
 use super::range::DisparityRange;
 use crate::DenseError;
 
@@ -42,6 +42,9 @@ pub fn eye_order(
     let max_px = range.min_px + range.count() as i32;
     let range = DisparityRange::new(range.min_px.div_euclid(scale), max_px / scale + 1)?;
     let (left, right) = (reduced(left, factor), reduced(right, factor));
+    // searched in full, both views are compared at every pixel
+    let config =
+        &DisparityConfig { sgm: SgmConfig { coarse_level: 0, ..config.sgm.clone() }, ..config.clone() };
     let share = |left, right| {
         let map = compute(gpu, &Pair { left, right, mask: None }, range, config)?;
         Ok::<_, DenseError>(map.coverage())

@@ -21,6 +21,12 @@ pub(super) struct Matching {
     padding: [u32; 3],
 }
 
+impl Matching {
+    pub fn new(silent_cost: u32) -> Self {
+        Self { silent_cost, padding: [0; 3] }
+    }
+}
+
 /// Reads both eyes' descriptors, writes the costs of a band.
 pub(super) fn bind(
     gpu: &Gpu,
@@ -29,7 +35,7 @@ pub(super) fn bind(
     images: &Images,
     volumes: &Volumes,
 ) -> Result<BoundKernel, GpuError> {
-    let matching = gpu.uniform("matching", &Matching { silent_cost, padding: [0; 3] })?;
+    let matching = gpu.uniform("matching", &Matching::new(silent_cost))?;
     let [left, right] = &images.descriptors;
     gpu.kernel(&DECLARATION)?.bind(gpu, &[band, &matching, left, right, &volumes.costs])
 }

@@ -11,6 +11,7 @@ mod buffers;
 mod census;
 #[cfg(test)]
 mod census_oracle;
+mod coarse_to_fine;
 mod compute;
 mod config;
 mod cross_check;
@@ -41,7 +42,9 @@ mod winner;
 mod winner_oracle;
 
 pub use compute::{DisparityMap, Pair, compute};
-pub use config::{Auto, DisparityConfig, FilterConfig, Method, RangeEnd, SgmConfig, SpreadConfig};
+pub use config::{
+    Auto, DisparityConfig, FilterConfig, Method, NarrowConfig, PatchConfig, RangeEnd, SgmConfig, SpreadConfig,
+};
 pub use elas::ElasConfig;
 pub use eyes::{EyeOrder, eye_order};
 pub use range::DisparityRange;

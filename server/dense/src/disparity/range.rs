@@ -56,6 +56,19 @@ impl DisparityRange {
         Self::new(min_px, max_px.min(min_px.saturating_add(width_px)).min(width_px - 1))
     }
 
+    /// The range of the same disparities in images halved `times` times.
+    ///
+    /// # Errors
+    /// As [`DisparityRange::new`].
+    pub(super) fn halved(&self, times: u32) -> Result<Self, DenseError> {
+        if times == 0 {
+            return Ok(*self);
+        }
+        let scale = 1 << times;
+        let max_px = self.min_px + self.count() as i32 - 1;
+        Self::new(self.min_px.div_euclid(scale), max_px.div_euclid(scale) + 1)
+    }
+
     /// Disparities.
     pub fn count(&self) -> u32 {
         GROUP * self.groups

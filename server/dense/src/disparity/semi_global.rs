@@ -10,7 +10,7 @@ use super::cross_check::{self, Acceptance};
 use super::speckle::SpeckleFilter;
 use super::{census, matching_cost, median, winner};
 use crate::DenseError;
-use crate::preprocess::{EyeBuffers, Preprocess};
+use crate::preprocess::{EyeBuffers, Eyes};
 
 /// The kernels of semi-global matching, bound to the images of a stage.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ struct BandKernels {
 impl SemiGlobal {
     pub fn new(
         gpu: &Gpu,
-        input: &Preprocess,
+        eyes: Eyes,
         whole: Band,
         images: &Images,
         config: &DisparityConfig,
@@ -45,14 +45,14 @@ impl SemiGlobal {
         let volumes = Volumes::new(gpu, pixels, whole.groups, volume_count(&config.sgm))?;
         let bands = bands
             .into_iter()
-            .map(|band| BandKernels::new(gpu, band, config, images, (input.left(), &volumes)))
+            .map(|band| BandKernels::new(gpu, band, config, images, (eyes.left, &volumes)))
             .collect::<Result<_, _>>()?;
         let [left, right] = &images.descriptors;
         Ok(Self {
             whole,
             census: [
-                census::bind(gpu, &images.whole, input.left(), left)?,
-                census::bind(gpu, &images.whole, input.right(), right)?,
+                census::bind(gpu, &images.whole, eyes.left, left)?,
+                census::bind(gpu, &images.whole, eyes.right, right)?,
             ],
             bands,
             median: median::bind(gpu, images)?,

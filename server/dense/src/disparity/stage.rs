@@ -4,11 +4,11 @@ use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, KernelDeclaration};
 
 use super::band::Band;
 use super::buffers::Images;
+use super::coarse_to_fine::{self, CoarseToFine};
 use super::config::{DisparityConfig, Method};
 use super::elas::{self, Elas};
 use super::fit_plane::{self, PlaneFit};
 use super::range::DisparityRange;
-use super::semi_global::SemiGlobal;
 use super::{aggregate, census, cross_check, matching_cost, median, speckle, winner};
 use crate::DenseError;
 use crate::preprocess::Preprocess;
@@ -16,17 +16,22 @@ use crate::preprocess::Preprocess;
 /// Finds the disparity of the pair that [`Preprocess`] prepared.
 #[derive(Debug)]
 pub struct DisparityStage {
-    whole: Band,
-    images: Images,
     matcher: Matcher,
-    fit_plane: BoundKernel,
 }
 
-/// What finds the disparities that the planes are fitted to.
 #[derive(Debug)]
 enum Matcher {
-    Elas(Box<Elas>),
-    SemiGlobal(Box<SemiGlobal>),
+    Elas(Box<ElasPlanes>),
+    CoarseToFine(Box<CoarseToFine>),
+}
+
+/// ELAS, and the planes that are fitted to its disparities.
+#[derive(Debug)]
+struct ElasPlanes {
+    whole: Band,
+    images: Images,
+    elas: Elas,
+    fit_plane: BoundKernel,
 }
 
 impl DisparityStage {
@@ -41,16 +46,11 @@ impl DisparityStage {
         config: &DisparityConfig,
     ) -> Result<Self, DenseError> {
         config.check()?;
-        let whole = Band::whole(input.size(), range);
-        let images = Images::new(gpu, &whole)?;
         let matcher = match config.method {
-            Method::Elas => Matcher::Elas(Box::new(Elas::new(gpu, input, whole, &images, config)?)),
-            Method::Sgm => {
-                Matcher::SemiGlobal(Box::new(SemiGlobal::new(gpu, input, whole, &images, config)?))
-            }
+            Method::Elas => Matcher::Elas(Box::new(ElasPlanes::new(gpu, input, range, config)?)),
+            Method::Sgm => Matcher::CoarseToFine(Box::new(CoarseToFine::new(gpu, input, range, config)?)),
         };
-        let fit_plane = fit_plane::bind(gpu, &images, input.left(), &PlaneFit::new(config))?;
-        Ok(Self { whole, images, matcher, fit_plane })
+        Ok(Self { matcher })
     }
 
     /// Records the disparity of the prepared pair.
@@ -59,26 +59,48 @@ impl DisparityStage {
     /// Whatever the GPU refuses.
     pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
         match &self.matcher {
-            Matcher::Elas(matcher) => matcher.record(frame)?,
-            Matcher::SemiGlobal(matcher) => matcher.record(frame)?,
+            Matcher::Elas(matcher) => matcher.record(frame),
+            Matcher::CoarseToFine(matcher) => matcher.record(frame),
         }
-        let words = [self.whole.words, self.whole.height, 1];
-        frame.stage("disparity filter", |stage| stage.run(&self.fit_plane, words))?;
-        Ok(())
     }
 
     /// The result, one element per pixel in row order: disparity (px, below -1e5 where unknown), its slopes along x
     /// and y (px per px), its standard deviation (px).
     pub fn planes(&self) -> &GpuBuffer<[f32; 4]> {
-        &self.images.planes
+        match &self.matcher {
+            Matcher::Elas(matcher) => &matcher.images.planes,
+            Matcher::CoarseToFine(matcher) => matcher.planes(),
+        }
     }
 
     /// Bands that the image is matched in.
     pub fn band_count(&self) -> usize {
         match &self.matcher {
             Matcher::Elas(_) => 1,
-            Matcher::SemiGlobal(matcher) => matcher.band_count(),
+            Matcher::CoarseToFine(matcher) => matcher.band_count(),
         }
+    }
+}
+
+impl ElasPlanes {
+    fn new(
+        gpu: &Gpu,
+        input: &Preprocess,
+        range: DisparityRange,
+        config: &DisparityConfig,
+    ) -> Result<Self, DenseError> {
+        let whole = Band::whole(input.size(), range);
+        let images = Images::new(gpu, &whole)?;
+        let elas = Elas::new(gpu, input, whole, &images, config)?;
+        let fit_plane = fit_plane::bind(gpu, &images, input.left(), &PlaneFit::new(config))?;
+        Ok(Self { whole, images, elas, fit_plane })
+    }
+
+    fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
+        self.elas.record(frame)?;
+        let words = [self.whole.words, self.whole.height, 1];
+        frame.stage("disparity filter", |stage| stage.run(&self.fit_plane, words))?;
+        Ok(())
     }
 }
 
@@ -94,6 +116,7 @@ pub(crate) fn kernels() -> Vec<KernelDeclaration> {
         fit_plane::DECLARATION,
     ];
     all.extend(speckle::DECLARATIONS);
+    all.extend(coarse_to_fine::kernels());
     all.extend(elas::kernels());
     all
 }

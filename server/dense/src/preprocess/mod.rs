@@ -12,6 +12,7 @@ mod surface;
 mod upload;
 
 pub use surface::SurfaceStage;
+pub(crate) use upload::Eyes;
 pub use upload::{EyeBuffers, Preprocess};
 
 use gpu::KernelDeclaration;

@@ -7,8 +7,11 @@ use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 use super::upload::EyeBuffers;
 use crate::disparity::DisparityConfig;
 
-pub(super) const DECLARATION: KernelDeclaration =
-    KernelDeclaration::new("prepare", include_str!("prepare.wgsl"), &[Uniform, Read, ReadWrite, ReadWrite]);
+pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
+    "prepare",
+    include_str!("prepare.wgsl"),
+    &[Uniform, Read, ReadWrite, ReadWrite, ReadWrite],
+);
 
 /// `Exposure` of the WGSL.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -41,5 +44,5 @@ pub(super) fn bind(
     exposure: &GpuBuffer<Exposure>,
     eye: &EyeBuffers,
 ) -> Result<BoundKernel, GpuError> {
-    gpu.kernel(&DECLARATION)?.bind(gpu, &[exposure, &eye.color, &eye.luma, &eye.masked])
+    gpu.kernel(&DECLARATION)?.bind(gpu, &[exposure, &eye.color, &eye.luma, &eye.masked, &eye.grey])
 }

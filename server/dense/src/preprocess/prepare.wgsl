@@ -2,6 +2,7 @@
 //
 // color: red, green, blue from the lowest byte up and 255 in the highest byte, 0 there where an instrument covers the
 // tissue; unpadded rows. luma: Rec. 601 in 8-bit fixed point, as `Rgb::to_gray`; the last pixel fills the padding.
+// greys: the same before it is rounded, as f32 in unpadded rows.
 // masked: per pixel 0, or 1 where dark (also the black frame), saturated, or covered. One invocation per word.
 
 struct Exposure {
@@ -22,6 +23,7 @@ struct Exposure {
 @group(0) @binding(1) var<storage, read> color: array<u32>;
 @group(0) @binding(2) var<storage, read_write> luma: array<u32>;
 @group(0) @binding(3) var<storage, read_write> masked: array<u32>;
+@group(0) @binding(4) var<storage, read_write> greys: array<f32>;
 
 @compute @workgroup_size(64)
 fn prepare(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -36,9 +38,11 @@ fn prepare(@builtin(global_invocation_id) id: vec3<u32>) {
         let red = pixel & 255u;
         let green = (pixel >> 8u) & 255u;
         let blue = (pixel >> 16u) & 255u;
-        let grey = (red * 4899u + green * 9617u + blue * 1868u + 8192u) >> 14u;
+        let weighted = red * 4899u + green * 9617u + blue * 1868u;
+        let grey = (weighted + 8192u) >> 14u;
         let dark = max(red, max(green, blue)) <= exposure.dark_level;
         let unusable = dark || grey >= exposure.saturated_level || (pixel >> 24u) == 0u;
+        greys[id.y * exposure.width + x] = f32(weighted) / 16384.0;
         luma_word |= grey << (8u * lane);
         masked_word |= u32(unusable) << (8u * lane);
     }

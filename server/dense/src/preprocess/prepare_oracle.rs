@@ -24,6 +24,12 @@ fn check(image: &Rgb, mask: &Mask) {
     frame.submit().collect().unwrap();
     let luma = gpu.read(&input.left().luma).unwrap();
     let masked = gpu.read(&input.left().masked).unwrap();
+    let unrounded = gpu.read(&input.left().grey).unwrap();
+    for (value, &[red, green, blue]) in unrounded.into_iter().zip(image.pixels()) {
+        let expected =
+            (f64::from(red) * 4899.0 + f64::from(green) * 9617.0 + f64::from(blue) * 1868.0) / 16384.0;
+        assert!((f64::from(value) - expected).abs() < 1e-3, "{value}, expected {expected}");
+    }
     let grey = image.to_gray();
     let stride = image.width().next_multiple_of(4);
     for (index, (found, flag)) in bytemuck::cast_slice::<u32, u8>(&luma)

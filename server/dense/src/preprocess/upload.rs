@@ -8,11 +8,14 @@ use super::prepare::{self, Exposure};
 use crate::DenseError;
 use crate::disparity::DisparityConfig;
 
-/// One eye on the GPU.
+/// One eye on the GPU, in the size it came in or a reduced one.
 #[derive(Debug)]
 pub struct EyeBuffers {
     /// Red, green, blue from the lowest byte up; the highest byte is 255, or 0 where an instrument covers the tissue.
+    /// Always of the size it came in.
     pub color: GpuBuffer<u32>,
+    /// Grey values in unpadded rows, unrounded where they are means.
+    pub grey: GpuBuffer<f32>,
     /// Grey values, four pixels a word, rows padded to whole words.
     pub luma: GpuBuffer<u32>,
     /// 1 where a pixel is dark, saturated or covered, else 0; packed as `luma`.
@@ -21,13 +24,31 @@ pub struct EyeBuffers {
 
 impl EyeBuffers {
     fn new(gpu: &Gpu, (width, height): (u32, u32)) -> Result<Self, GpuError> {
+        let color = gpu.storage("image", width as usize * height as usize)?;
+        Self::with_color(gpu, (width, height), color)
+    }
+
+    fn with_color(gpu: &Gpu, (width, height): (u32, u32), color: GpuBuffer<u32>) -> Result<Self, GpuError> {
         let words = width.div_ceil(4) as usize * height as usize;
         Ok(Self {
-            color: gpu.storage("image", width as usize * height as usize)?,
+            color,
+            grey: gpu.storage("grey values", width as usize * height as usize)?,
             luma: gpu.storage("luma", words)?,
             masked: gpu.storage("mask", words)?,
         })
     }
+
+    /// Room for the same eye at another size.
+    pub(crate) fn resized(&self, gpu: &Gpu, size: (u32, u32)) -> Result<Self, GpuError> {
+        Self::with_color(gpu, size, self.color.clone())
+    }
+}
+
+/// Both eyes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Eyes<'a> {
+    pub left: &'a EyeBuffers,
+    pub right: &'a EyeBuffers,
 }
 
 /// Uploads pairs of one size and prepares them for matching.
@@ -67,6 +88,11 @@ impl Preprocess {
     /// The right eye.
     pub fn right(&self) -> &EyeBuffers {
         &self.eyes[1]
+    }
+
+    /// Both eyes.
+    pub(crate) fn eyes(&self) -> Eyes<'_> {
+        Eyes { left: &self.eyes[0], right: &self.eyes[1] }
     }
 
     /// Writes a pair for the next submission; `mask` covers pixels of the left eye.
