@@ -9,12 +9,13 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("protocol", &[]),
     ("gpu", &[]),
+    ("settings", &[]),
     ("tracking", &["geometry"]),
     ("recording", &["geometry"]),
     ("simulator", &["geometry"]),
     ("dense", &["geometry", "gpu"]),
     ("evaluation", &["geometry", "recording"]),
-    ("mis-slam-cart", &["geometry", "protocol", "recording"]),
+    ("mis-slam-cart", &["geometry", "protocol", "recording", "settings"]),
     ("replica", &["protocol"]),
     (
         "mis-slam",
@@ -27,6 +28,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "protocol",
             "recording",
             "replica",
+            "settings",
             "simulator",
             "tracking",
         ],
@@ -44,6 +46,7 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("dense", &["tokio", "zenoh", "prost"]),
     ("gpu", &["tokio", "zenoh", "nalgebra"]),
     ("recording", &["tokio", "wgpu", "zenoh"]),
+    ("settings", &["tokio", "wgpu", "zenoh", "prost"]),
 ];
 
 fn direct_dependencies() -> BTreeMap<String, BTreeSet<String>> {

@@ -2,19 +2,19 @@
 
 use std::path::Path;
 
-use config::{Config, File, FileFormat};
+use geometry::RigLimits;
 use recording::RecordingConfig;
 use serde::Deserialize;
 
 use crate::CartError;
-
-const DEFAULTS: &str = include_str!("../../../config/server.toml");
 
 /// The cart's options, besides those of its command line.
 #[derive(Clone, Debug, Deserialize)]
 pub struct CartConfig {
     /// Topics of recordings.
     pub recording: RecordingConfig,
+    /// Which calibrations are sent.
+    pub rig: RigLimits,
     /// Section `[cart]`.
     pub cart: ConnectionConfig,
 }
@@ -23,6 +23,10 @@ pub struct CartConfig {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConnectionConfig {
+    /// Pairs that wait while the connection is slow or away; then the oldest are skipped.
+    pub buffer_pairs: usize,
+    /// JPEG quality of images that come as something else, 1 to 100.
+    pub jpeg_quality: u8,
     /// Time to the first attempt to connect again; doubles with each failure.
     pub retry_first_s: f64,
     /// Time between attempts, at most.
@@ -38,15 +42,8 @@ impl CartConfig {
     ///
     /// # Errors
     /// [`CartError::Config`] names the key or file.
-    pub fn load(file: Option<&Path>, overrides: &[(String, String)]) -> Result<Self, CartError> {
-        let mut layers = Config::builder().add_source(File::from_str(DEFAULTS, FileFormat::Toml));
-        if let Some(path) = file {
-            layers = layers.add_source(File::from(path).format(FileFormat::Toml));
-        }
-        for (key, value) in overrides {
-            layers = layers.set_override(key, value.as_str())?;
-        }
-        Ok(layers.build()?.try_deserialize()?)
+    pub fn load(file: Option<&Path>, overrides: &[String]) -> Result<Self, CartError> {
+        Ok(settings::load(file, overrides)?)
     }
 }
 
@@ -56,7 +53,7 @@ mod tests {
 
     #[test]
     fn the_documented_defaults_suffice_and_single_values_win() {
-        let config = CartConfig::load(None, &[("cart.linger_s".into(), "9.5".into())]).unwrap();
+        let config = CartConfig::load(None, &["cart.linger_s=9.5".into()]).unwrap();
         assert_eq!(config.cart.linger_s, 9.5);
         assert!(config.recording.topics.left_image.starts_with('/'));
     }

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use settings::SettingsError;
 
-use crate::config::{Config, ConfigError};
+use crate::config::Config;
 
 mod demo;
 mod disparity;
@@ -18,6 +19,7 @@ pub mod progress;
 mod replay;
 mod serve;
 mod simulate;
+mod token;
 
 /// Networked reconstruction server for stereo endoscopy.
 #[derive(Debug, Parser)]
@@ -50,6 +52,7 @@ enum Verb {
     Disparity(disparity::Disparity),
     Eval(eval::Eval),
     Doctor(doctor::Doctor),
+    Token(token::Token),
 }
 
 /// How a verb ends when it does not succeed.
@@ -73,8 +76,8 @@ impl Failure {
     }
 }
 
-impl From<ConfigError> for Failure {
-    fn from(error: ConfigError) -> Self {
+impl From<SettingsError> for Failure {
+    fn from(error: SettingsError) -> Self {
         Self::bad_input(error)
     }
 }
@@ -96,6 +99,7 @@ pub fn run() -> ExitCode {
             Verb::Disparity(verb) => verb.run(&config),
             Verb::Eval(verb) => verb.run(&config),
             Verb::Doctor(verb) => verb.run(&config),
+            Verb::Token(verb) => verb.run(&config),
         },
     );
     let (status, message) = match outcome {
