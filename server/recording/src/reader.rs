@@ -7,14 +7,16 @@ use geometry::trajectory::StampedPose;
 
 use crate::calibration::{self, Calibration, CameraRecord};
 use crate::pairing::{Pairing, PairingStatistics, StereoMessage, Stream};
-use crate::source::{self, FileState, McapFile, Messages, Metadata, RawMessage};
+use crate::source::{self, McapFile, Messages, Metadata, RawMessage};
 use crate::truth::{StampedDepth, TruthPoints};
 use crate::wire::{self, Malformed};
 use crate::{RecordingConfig, RecordingError, Topics};
 
 const MIB: usize = 1 << 20;
 
-/// A recording opened for reading; every accessor reads the file anew, a chunk at a time.
+/// A recording opened for reading; every accessor reads the file anew, a chunk at a time. Clones share what damage was
+/// met.
+#[derive(Clone)]
 pub struct RecordingReader {
     file: McapFile,
     topics: Topics,
@@ -34,17 +36,14 @@ impl RecordingReader {
         })
     }
 
-    /// Whether the file was not closed properly, so that it is read up to its last good record.
+    /// Whether anything of the file cannot be read: it was not closed properly, or what was read so far met damage.
     pub fn truncated(&self) -> bool {
         self.damage().is_some()
     }
 
-    /// What is wrong with the file's end, if anything.
+    /// What is wrong with the file, as far as any of its readers has come; each of them ends there.
     pub fn damage(&self) -> Option<&str> {
-        match &self.file.state {
-            FileState::Torn(problem) => Some(problem),
-            FileState::Whole(_) => None,
-        }
+        self.file.damage()
     }
 
     /// The number of left images, where the file's end tells it: how long a replay will be.
@@ -98,6 +97,14 @@ impl RecordingReader {
     /// [`RecordingError::Io`] or [`RecordingError::Container`] where the file cannot be read; and
     /// [`RecordingError::MissingTopic`] where its index lists no images of an eye.
     pub fn stereo(&self) -> Result<StereoMessages, RecordingError> {
+        self.stereo_from(0)
+    }
+
+    /// As [`Self::stereo`], from a time on; an index makes it quick.
+    ///
+    /// # Errors
+    /// As [`Self::stereo`].
+    pub fn stereo_from(&self, from_ns: u64) -> Result<StereoMessages, RecordingError> {
         let Topics { left_image, right_image, left_mask, .. } = &self.topics;
         for (topic, key) in [(left_image, "left_image"), (right_image, "right_image")] {
             if self.message_count(topic) == Some(0) {
@@ -105,12 +112,28 @@ impl RecordingReader {
             }
         }
         Ok(StereoMessages {
-            messages: self.file.messages(&[left_image, right_image, left_mask])?,
+            messages: self.file.messages_from(&[left_image, right_image, left_mask], from_ns)?,
             path: self.file.path.clone(),
             topics: self.topics.clone(),
             pairing: Pairing::new(self.pairing_window_frames),
             ended: false,
         })
+    }
+
+    /// The stamps of the first and the last pair; the last one to a chunk where the file has an index, else the whole
+    /// file is read.
+    ///
+    /// # Errors
+    /// As [`Self::stereo`]; [`RecordingError::Input`] where there is no pair.
+    pub fn stereo_span_ns(&self) -> Result<(u64, u64), RecordingError> {
+        let first = self.stereo()?.next().transpose()?;
+        let none = || RecordingError::input(&self.file.path, "there is no stereo pair in it");
+        let first_ns = first.ok_or_else(none)?.stamp_ns;
+        let last_ns = match self.file.last_ns(&self.topics.left_image) {
+            Some(last_ns) => last_ns,
+            None => self.stereo()?.try_fold(first_ns, |_, pair| pair.map(|pair| pair.stamp_ns))?,
+        };
+        Ok((first_ns, last_ns.max(first_ns)))
     }
 
     /// All true poses, `world_from_camera`, in the order of the file; empty without the topic.
@@ -226,11 +249,6 @@ impl StereoMessages {
     /// What became of the messages read so far.
     pub fn statistics(&self) -> &PairingStatistics {
         &self.pairing.statistics
-    }
-
-    /// Why reading ended before the file's end, once it has.
-    pub fn damage(&self) -> Option<&str> {
-        self.messages.damage()
     }
 
     fn take_in(&mut self, message: &RawMessage) {

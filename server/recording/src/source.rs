@@ -1,14 +1,15 @@
 //! The records of an MCAP file, read one at a time.
 //!
 //! A whole, chunked file is read through its index in the order of log times, and only those chunks that hold a
-//! wanted topic; any other (cut short, not chunked, without an index) from its start, up to its last good record.
+//! wanted topic, each once its checksum is known to be right; any other (cut short, not chunked, without an index) from its start, up to its last good record.
 
+mod chunk;
 mod walk;
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use mcap::sans_io::indexed_reader::ReadOrder;
 use mcap::sans_io::{
@@ -35,6 +36,8 @@ pub(crate) struct McapFile {
     pub bytes: u64,
     pub record_limit: usize,
     pub state: FileState,
+    /// The first damage that any reader met behind the file's start.
+    damage: Arc<OnceLock<String>>,
 }
 
 /// What the end of the file says.
@@ -62,7 +65,8 @@ impl McapFile {
             }
             Err(error) => FileState::Torn(error.to_string()),
         };
-        Ok(Self { path: path.to_path_buf(), bytes, record_limit, state })
+        let damage = Arc::default();
+        Ok(Self { path: path.to_path_buf(), bytes, record_limit, state, damage })
     }
 
     pub fn summary(&self) -> Option<&Summary> {
@@ -72,14 +76,37 @@ impl McapFile {
         }
     }
 
+    /// When the last chunk with a topic ends, where the index tells.
+    pub fn last_ns(&self, topic: &str) -> Option<u64> {
+        let summary = self.summary()?;
+        let of_topic = |id: &u16| summary.channels.get(id).is_some_and(|channel| channel.topic == topic);
+        let chunks = summary.chunk_indexes.iter();
+        let with_topic = chunks.filter(|chunk| chunk.message_index_offsets.keys().any(of_topic));
+        with_topic.map(|chunk| chunk.message_end_time).max()
+    }
+
+    /// What is wrong with the file, as far as it has been read.
+    pub fn damage(&self) -> Option<&str> {
+        match &self.state {
+            FileState::Torn(problem) => Some(problem),
+            FileState::Whole(_) => self.damage.get().map(String::as_str),
+        }
+    }
+
     /// The messages on `topics`, and nothing else.
     pub fn messages(&self, topics: &[&str]) -> Result<Messages, RecordingError> {
+        self.messages_from(topics, 0)
+    }
+
+    /// As [`Self::messages`], those logged at a time or later.
+    pub fn messages_from(&self, topics: &[&str], from_ns: u64) -> Result<Messages, RecordingError> {
         let file = File::open(&self.path).map_err(RecordingError::io(&self.path))?;
         let topics: Vec<String> = topics.iter().map(|&topic| topic.to_owned()).collect();
-        let source = match self.indexed(&topics)? {
+        let source = match self.indexed(&topics, from_ns)? {
             Some(Index::Nothing) => Source::Ended,
             Some(Index::Chunks(reader, channels)) => {
-                Source::Indexed { file, reader, channels, buffer: Vec::new() }
+                let chunks = chunk::Chunks::new(file, self.summary(), self.record_limit);
+                Source::Indexed { chunks, reader, channels }
             }
             None => Source::Linear(Box::new(mcap::io::MessageReader::new_with_options(
                 BufReader::new(file),
@@ -88,11 +115,12 @@ impl McapFile {
                     .with_record_length_limit(self.record_limit.min(clamp(self.bytes))),
             ))),
         };
-        Ok(Messages { path: self.path.clone(), topics, source, damage: None })
+        let damage = Arc::clone(&self.damage);
+        Ok(Messages { path: self.path.clone(), topics, from_ns, source, damage })
     }
 
     /// A reader by the index; `None` where there is no index to trust.
-    fn indexed(&self, topics: &[String]) -> Result<Option<Index>, RecordingError> {
+    fn indexed(&self, topics: &[String], from_ns: u64) -> Result<Option<Index>, RecordingError> {
         let Some(summary) = self.summary() else { return Ok(None) };
         let chunks_are_indexed = !summary.chunk_indexes.is_empty()
             && summary.stats.as_ref().is_some_and(|s| s.chunk_count as usize == summary.chunk_indexes.len());
@@ -103,7 +131,10 @@ impl McapFile {
         if !summary.channels.values().any(|channel| topics.contains(&channel.topic)) {
             return Ok(Some(Index::Nothing));
         }
-        let mut options = IndexedReaderOptions::new().with_order(ReadOrder::LogTime).include_topics(topics);
+        let mut options = IndexedReaderOptions::new()
+            .with_order(ReadOrder::LogTime)
+            .starting_at(from_ns)
+            .include_topics(topics);
         options.record_length_limit = Some(self.record_limit);
         let reader = IndexedReader::new_with_options(summary, options)
             .map_err(RecordingError::container(&self.path))?;
@@ -119,24 +150,19 @@ enum Index {
 
 type Channels = std::collections::BTreeMap<u16, Arc<Channel<'static>>>;
 
-/// An iterator over messages; it ends at the first damage, which [`Messages::damage`] then tells.
+/// An iterator over messages; it ends at the first damage, which [`McapFile::damage`] then tells.
 pub(crate) struct Messages {
     path: PathBuf,
     topics: Vec<String>,
+    from_ns: u64,
     source: Source,
-    damage: Option<String>,
+    damage: Arc<OnceLock<String>>,
 }
 
 enum Source {
-    Indexed { file: File, reader: Box<IndexedReader>, channels: Channels, buffer: Vec<u8> },
+    Indexed { chunks: chunk::Chunks, reader: Box<IndexedReader>, channels: Channels },
     Linear(Box<mcap::io::MessageReader<BufReader<File>>>),
     Ended,
-}
-
-impl Messages {
-    pub fn damage(&self) -> Option<&str> {
-        self.damage.as_deref()
-    }
 }
 
 impl Iterator for Messages {
@@ -146,16 +172,14 @@ impl Iterator for Messages {
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             let message = match &mut self.source {
-                Source::Indexed { file, reader, channels, buffer } => {
-                    next_indexed(file, reader, channels, buffer).transpose()
+                Source::Indexed { chunks, reader, channels } => {
+                    next_indexed(chunks, reader, channels).transpose()
                 }
                 Source::Linear(reader) => next_linear(reader),
                 Source::Ended => None,
             };
             match message {
-                Some(Ok(message)) if self.topics.contains(&message.channel.topic) => {
-                    return Some(Ok(message));
-                }
+                Some(Ok(message)) if self.wants(&message) => return Some(Ok(message)),
                 Some(Ok(_)) => {}
                 Some(Err(error)) => return self.stop(error),
                 None => return None,
@@ -165,6 +189,10 @@ impl Iterator for Messages {
 }
 
 impl Messages {
+    fn wants(&self, message: &RawMessage) -> bool {
+        message.log_time_ns >= self.from_ns && self.topics.contains(&message.channel.topic)
+    }
+
     fn stop(&mut self, error: McapError) -> Option<Result<RawMessage, RecordingError>> {
         self.source = Source::Ended;
         match error {
@@ -172,7 +200,7 @@ impl Messages {
                 Some(Err(RecordingError::io(&self.path)(error)))
             }
             damage => {
-                self.damage = Some(damage.to_string());
+                self.damage.get_or_init(|| damage.to_string());
                 None
             }
         }
@@ -191,23 +219,15 @@ fn next_linear(
 }
 
 fn next_indexed(
-    file: &mut File,
+    chunks: &mut chunk::Chunks,
     reader: &mut IndexedReader,
     channels: &Channels,
-    buffer: &mut Vec<u8>,
 ) -> Result<Option<RawMessage>, McapError> {
     loop {
         let Some(event) = reader.next_event() else { return Ok(None) };
         match event? {
-            IndexedReadEvent::ReadChunkRequest { offset, length } => {
-                file.seek(SeekFrom::Start(offset))?;
-                buffer.clear();
-                // Grows as bytes come, so that a false length allocates nothing.
-                file.by_ref().take(length as u64).read_to_end(buffer)?;
-                if buffer.len() < length {
-                    return Err(McapError::UnexpectedEof);
-                }
-                reader.insert_chunk_record_data(offset, buffer)?;
+            IndexedReadEvent::ReadChunkRequest { offset, .. } => {
+                reader.insert_chunk_record_data(offset, chunks.read(offset)?)?;
             }
             IndexedReadEvent::Message { header, data } => {
                 let Some(channel) = channels.get(&header.channel_id) else {

@@ -78,6 +78,26 @@ fn a_writer_that_is_dropped_closes_its_file() {
 }
 
 #[test]
+fn a_flipped_bit_in_an_indexed_file_ends_every_reader_and_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let mut bytes = recording(folder.path(), &RecordingConfig { compression, ..config() });
+        // In an image of the first chunk, where nothing but the checksum can tell.
+        let image = bytes.windows(2).position(|two| two == [0xFF, 0xD8]).unwrap_or(4000);
+        bytes[image + 300] ^= 1;
+        let path = folder.path().join("flipped.mcap");
+        std::fs::write(&path, &bytes).unwrap();
+        let reader = || RecordingReader::open(&path, &config()).unwrap();
+        assert!(!reader().truncated(), "the index is whole");
+        let stereo = reader();
+        assert_eq!(stereo.stereo().unwrap().count(), 0, "{compression:?}");
+        assert!(stereo.truncated());
+        let poses = reader();
+        assert!(poses.poses().unwrap().is_empty() && poses.damage().is_some());
+    }
+}
+
+#[test]
 fn a_record_that_claims_more_than_the_file_ends_the_replay() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = recording(folder.path(), &RecordingConfig { compression: Compression::None, ..config() });

@@ -27,6 +27,23 @@ fn recorded(
 }
 
 #[test]
+fn pairs_from_a_time_on_and_the_span_of_all_are_found_with_and_without_an_index() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rec.mcap");
+    common::write_recording(&path, 40, &common::config());
+    let whole = std::fs::read(&path).unwrap();
+    let torn = folder.path().join("torn.mcap");
+    std::fs::write(&torn, &whole[..whole.len() - 20]).unwrap();
+    for path in [path, torn] {
+        let reader = recording::RecordingReader::open(&path, &common::config()).unwrap();
+        assert_eq!(reader.stereo_span_ns().unwrap(), (common::stamp(0), common::stamp(39)));
+        let stamps = reader.stereo_from(common::stamp(25)).unwrap().map(|pair| pair.unwrap().stamp_ns);
+        assert!(stamps.eq((25..40).map(common::stamp)));
+        assert_eq!(reader.stereo_from(common::stamp(39) + 1).unwrap().count(), 0);
+    }
+}
+
+#[test]
 fn every_channel_comes_back_with_every_compression() {
     for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
         let config = RecordingConfig { compression, ..config() };
