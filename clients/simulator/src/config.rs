@@ -75,10 +75,9 @@ pub struct SceneConfig {
     pub baseline_mm: f64,
     /// Chooses shapes, textures, vessels, motion, pushes and noise.
     pub seed: u64,
-    /// Greatest displacement of one push (each is 2/3 to 1 of it), or of the phantom's beat.
-    /// 0: nothing moves, breathing included.
+    /// Greatest displacement of one push (each is 2/3 to 1 of it), or of the phantom's beat; 0: no pushes, no beat.
     pub deformation_mm: f64,
-    /// Peak displacement by breathing.
+    /// Peak displacement by breathing; 0: none. The phantom does not breathe.
     pub respiration_mm: f64,
     /// Breaths a second.
     pub respiration_hz: f64,
@@ -117,11 +116,6 @@ pub struct SceneConfig {
 }
 
 impl SceneConfig {
-    /// Whether no tissue moves.
-    pub fn is_rigid(&self) -> bool {
-        self.deformation_mm == 0.0
-    }
-
     /// Seconds since the first frame.
     pub fn time_s(&self, frame: u32) -> f64 {
         f64::from(frame) / self.fps

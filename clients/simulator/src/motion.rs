@@ -25,18 +25,15 @@ pub(crate) fn plan(config: &SceneConfig, scene: &Scene, path: &CameraPath) -> De
     let mut jitter = |value: f64| value + random.random_range(-0.2..0.2);
     let direction = Vector3::new(jitter(0.55), jitter(-0.35), jitter(-0.6)).normalize();
     match config.scene {
-        _ if config.is_rigid() => still(scene),
         SceneKind::Phantom => beating(config, scene, direction),
         SceneKind::Heart | SceneKind::Liver | SceneKind::Kidney | SceneKind::Abdomen => {
             let mut deformation = breathing(config, scene, direction);
-            add_pushes(&mut deformation, config, scene, path, &mut random);
+            if config.deformation_mm > 0.0 {
+                add_pushes(&mut deformation, config, scene, path, &mut random);
+            }
             deformation
         }
     }
-}
-
-fn still(scene: &Scene) -> Deformation {
-    Deformation::periodic(vec![0.0; scene.vertices.len()], Vector3::zeros(), 0.0)
 }
 
 fn breathing(config: &SceneConfig, scene: &Scene, direction: Vector3<f64>) -> Deformation {

@@ -64,10 +64,23 @@ fn a_short_run_goes_no_faster_than_allowed() {
 #[test]
 fn nothing_moves_in_a_rigid_scene() {
     let config = small(SceneKind::Heart);
-    let simulation = Simulation::new(&SceneConfig { deformation_mm: 0.0, ..config }).unwrap();
+    let simulation =
+        Simulation::new(&SceneConfig { deformation_mm: 0.0, respiration_mm: 0.0, ..config }).unwrap();
     let frames = [0, 13, 39].map(|frame| simulation.frame(frame).unwrap());
     assert_eq!(frames[0].points, frames[1].points);
     assert_eq!(frames[0].points, frames[2].points);
+    assert!(simulation.truth_mesh().pushes.is_empty());
+}
+
+#[test]
+fn breathing_has_a_switch_of_its_own() {
+    let config = small(SceneKind::Liver);
+    let breathing = SceneConfig { deformation_mm: 0.0, respiration_mm: 2.0, ..config };
+    let simulation = Simulation::new(&breathing).unwrap();
+    // 0.25 Hz: after 1.3 s the tissue is on its way to the peak.
+    let [first, last] = [0, 39].map(|frame| simulation.frame(frame).unwrap());
+    let moved_mm = greatest(&displacement_m(&first, &last)) * 1e3;
+    assert!(moved_mm > 0.5 && moved_mm <= 2.0 + 1e-9, "{moved_mm} mm");
     assert!(simulation.truth_mesh().pushes.is_empty());
 }
 
