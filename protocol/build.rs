@@ -15,6 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = format!(".mis_slam.v1.{message}");
         config.type_attribute(&path, "#[derive(serde::Serialize, serde::Deserialize)]");
         config.type_attribute(&path, "#[serde(deny_unknown_fields)]");
+        config.type_attribute(&path, r#"#[cfg_attr(feature = "openapi", derive(schemars::JsonSchema))]"#);
     }
     config.field_attribute("DistortedCamera.distortion", "#[serde(default)]");
     config.compile_fds(descriptors)?;

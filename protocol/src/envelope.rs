@@ -20,7 +20,13 @@ pub fn from_server_compressed(body: from_server::Body) -> Bytes {
 /// Encodes what a cart or viewer says; `source` names a cart where no connection does.
 pub fn to_server(body: to_server::Body, source: Option<&SessionId>) -> Bytes {
     let source = source.map(|source| source.as_str().to_owned()).unwrap_or_default();
-    ToServer { source, body: Some(body) }.encode_to_vec().into()
+    ToServer { source, takeover_token: String::new(), body: Some(body) }.encode_to_vec().into()
+}
+
+/// As [`to_server`], of a cart that presents the session's takeover token.
+pub fn to_server_taking_over(body: to_server::Body, source: &SessionId, takeover_token: &str) -> Bytes {
+    let (source, takeover_token) = (source.as_str().to_owned(), takeover_token.to_owned());
+    ToServer { source, takeover_token, body: Some(body) }.encode_to_vec().into()
 }
 
 /// Decodes what a cart or viewer said; image bytes are shared, not copied.

@@ -32,6 +32,7 @@ pub mod v1 {
 pub use digest::{Digest, node_digest, surfel_digest};
 pub use envelope::{
     decode_from_server, decode_to_server, from_server, from_server_compressed, refusal, to_server,
+    to_server_taking_over,
 };
 pub use epoch::EpochChanges;
 pub use error::ProtocolError;

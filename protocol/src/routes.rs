@@ -13,6 +13,43 @@ pub const INGEST: &str = "/api/sessions/{id}/ingest";
 /// WebSocket: all lanes out.
 pub const VIEW: &str = "/api/sessions/{id}/view";
 
+/// `POST`: pauses, seeks, sets the rate of a replay.
+pub const REPLAY: &str = "/api/sessions/{id}/replay";
+/// `GET`: what finished sessions left behind.
+pub const FINISHED: &str = "/api/finished";
+/// `GET`: what one of them left behind. `DELETE`: removes it.
+pub const FINISHED_RUN: &str = "/api/finished/{run}";
+/// `GET`: one of its files: `model.ply`, `trajectory.tum`, `report.json`, `recording.mcap`.
+pub const FINISHED_FILE: &str = "/api/finished/{run}/{file}";
+/// `GET`: recordings that can be replayed.
+pub const RECORDINGS: &str = "/api/recordings";
+/// `GET`, `PUT`, `DELETE`: one of them.
+pub const RECORDING: &str = "/api/recordings/{recording}";
+/// `GET`: counts and rates for Prometheus.
+pub const METRICS: &str = "/metrics";
+/// `GET`: these routes as an OpenAPI document.
+pub const OPENAPI: &str = "/openapi.json";
+
+/// The request header in which a cart presents a session's takeover token.
+pub const TAKEOVER_HEADER: &str = "x-takeover-token";
+
+/// All of them.
+pub const ALL: [&str; 13] = [
+    HEALTH,
+    SESSIONS,
+    SESSION,
+    INGEST,
+    VIEW,
+    REPLAY,
+    FINISHED,
+    FINISHED_RUN,
+    FINISHED_FILE,
+    RECORDINGS,
+    RECORDING,
+    METRICS,
+    OPENAPI,
+];
+
 /// `route` with the session filled in.
 pub fn of_session(route: &str, session: &SessionId) -> String {
     route.replace("{id}", session.as_str())

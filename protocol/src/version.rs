@@ -6,7 +6,12 @@ use crate::v1::Hello;
 
 /// The greeting of this side.
 pub fn hello(software: &str) -> Hello {
-    Hello { oldest_version: OLDEST_VERSION, newest_version: NEWEST_VERSION, software: software.to_owned() }
+    Hello {
+        oldest_version: OLDEST_VERSION,
+        newest_version: NEWEST_VERSION,
+        software: software.to_owned(),
+        takeover_token: String::new(),
+    }
 }
 
 /// The version to speak with a peer.
@@ -30,7 +35,7 @@ mod tests {
     use super::*;
 
     fn peer(oldest_version: u32, newest_version: u32) -> Hello {
-        Hello { oldest_version, newest_version, software: String::new() }
+        Hello { oldest_version, newest_version, ..Hello::default() }
     }
 
     #[test]

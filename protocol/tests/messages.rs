@@ -28,7 +28,14 @@ fn a_pair_survives_the_way_and_names_its_cart() {
     let cart: SessionId = "cart-1".parse().unwrap();
     let bytes = protocol::to_server(to_server::Body::Pair(pair()), Some(&cart));
     let envelope = protocol::decode_to_server(bytes, LIMIT_BYTES).unwrap();
-    assert_eq!(envelope, ToServer { source: "cart-1".into(), body: Some(to_server::Body::Pair(pair())) });
+    assert_eq!(
+        envelope,
+        ToServer {
+            source: "cart-1".into(),
+            takeover_token: String::new(),
+            body: Some(to_server::Body::Pair(pair()))
+        }
+    );
 }
 
 #[test]

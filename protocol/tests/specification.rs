@@ -25,9 +25,10 @@ fn every_lane_has_its_key() {
 
 #[test]
 fn every_route_is_listed() {
-    for route in [routes::HEALTH, routes::SESSIONS, routes::SESSION, routes::INGEST, routes::VIEW] {
+    for route in routes::ALL {
         assert_stated(&format!("`{route}`"));
     }
+    assert_stated(&format!("`{}`", routes::TAKEOVER_HEADER));
 }
 
 #[test]

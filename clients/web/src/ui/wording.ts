@@ -15,6 +15,7 @@ const STATUS: Readonly<Record<string, Wording>> = {
   degraded: { text: 'Degraded', tone: 'warning' },
   source_lost: { text: 'Source lost', tone: 'bad' },
   closed: { text: 'Closed', tone: 'quiet' },
+  recovering: { text: 'Recovering', tone: 'warning' },
 };
 
 const TRACKING: Readonly<Record<string, Wording>> = {

@@ -12,7 +12,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file mis_slam/v1/control.proto.
  */
 export const file_mis_slam_v1_control: GenFile = /*@__PURE__*/
-  fileDesc("ChltaXNfc2xhbS92MS9jb250cm9sLnByb3RvEgttaXNfc2xhbS52MSJJCgVIZWxsbxIWCg5vbGRlc3RfdmVyc2lvbhgBIAEoDRIWCg5uZXdlc3RfdmVyc2lvbhgCIAEoDRIQCghzb2Z0d2FyZRgDIAEoCSJgCgdSZWZ1c2FsEiMKBnJlYXNvbhgBIAEoDjITLm1pc19zbGFtLnYxLlJlYXNvbhIMCgR0ZXh0GAIgASgJEhUKCHNlcXVlbmNlGAMgASgESACIAQFCCwoJX3NlcXVlbmNlIhwKBlJlc3luYxISCgpoZWxkX2Vwb2NoGAEgASgNIl8KBFZpZXcSKQoNZ2F6ZV9pbl93b3JsZBgBIAEoCzISLm1pc19zbGFtLnYxLlBvaW50EhMKC21heF9zdXJmZWxzGAIgASgNEhcKD21heF9ieXRlc19wZXJfcxgDIAEoDSIuCgVQb2ludBILCgN4X20YASABKAISCwoDeV9tGAIgASgCEgsKA3pfbRgDIAEoAiIYCghGYXJld2VsbBIMCgR0ZXh0GAEgASgJKrEECgZSZWFzb24SFgoSUkVBU09OX1VOU1BFQ0lGSUVEEAASHAoYUkVBU09OX01BTEZPUk1FRF9NRVNTQUdFEAESHAoYUkVBU09OX09WRVJTSVpFRF9NRVNTQUdFEAISHgoaUkVBU09OX1VOU1VQUE9SVEVEX1ZFUlNJT04QAxIdChlSRUFTT05fSU5WQUxJRF9TRVNTSU9OX0lEEAQSGgoWUkVBU09OX1VOS05PV05fU0VTU0lPThAFEhwKGFJFQVNPTl9UT09fTUFOWV9TRVNTSU9OUxAGEhcKE1JFQVNPTl9TRVNTSU9OX0JVU1kQBxIeChpSRUFTT05fSU5WQUxJRF9DQUxJQlJBVElPThAIEhgKFFJFQVNPTl9TSFVUVElOR19ET1dOEAkSEwoPUkVBU09OX1VOUEFJUkVEEAoSGgoWUkVBU09OX01BTEZPUk1FRF9JTUFHRRALEh4KGlJFQVNPTl9JTUFHRV9TSVpFX01JU01BVENIEAwSHwobUkVBU09OX0lNQUdFX0ZPUk1BVF9DSEFOR0VEEA0SFgoSUkVBU09OX1NUQUxFX1NUQU1QEA4SGgoWUkVBU09OX0RVUExJQ0FURV9TVEFNUBAPEhcKE1JFQVNPTl9GVVRVUkVfU1RBTVAQEBIVChFSRUFTT05fU1VQRVJTRURFRBAREhMKD1JFQVNPTl9JTlRFUk5BTBASEhwKGFJFQVNPTl9GVVNJT05fU1VQRVJTRURFRBATYgZwcm90bzM");
+  fileDesc("ChltaXNfc2xhbS92MS9jb250cm9sLnByb3RvEgttaXNfc2xhbS52MSJhCgVIZWxsbxIWCg5vbGRlc3RfdmVyc2lvbhgBIAEoDRIWCg5uZXdlc3RfdmVyc2lvbhgCIAEoDRIQCghzb2Z0d2FyZRgDIAEoCRIWCg50YWtlb3Zlcl90b2tlbhgEIAEoCSJgCgdSZWZ1c2FsEiMKBnJlYXNvbhgBIAEoDjITLm1pc19zbGFtLnYxLlJlYXNvbhIMCgR0ZXh0GAIgASgJEhUKCHNlcXVlbmNlGAMgASgESACIAQFCCwoJX3NlcXVlbmNlIhwKBlJlc3luYxISCgpoZWxkX2Vwb2NoGAEgASgNIl8KBFZpZXcSKQoNZ2F6ZV9pbl93b3JsZBgBIAEoCzISLm1pc19zbGFtLnYxLlBvaW50EhMKC21heF9zdXJmZWxzGAIgASgNEhcKD21heF9ieXRlc19wZXJfcxgDIAEoDSIuCgVQb2ludBILCgN4X20YASABKAISCwoDeV9tGAIgASgCEgsKA3pfbRgDIAEoAiIYCghGYXJld2VsbBIMCgR0ZXh0GAEgASgJKusGCgZSZWFzb24SFgoSUkVBU09OX1VOU1BFQ0lGSUVEEAASHAoYUkVBU09OX01BTEZPUk1FRF9NRVNTQUdFEAESHAoYUkVBU09OX09WRVJTSVpFRF9NRVNTQUdFEAISHgoaUkVBU09OX1VOU1VQUE9SVEVEX1ZFUlNJT04QAxIdChlSRUFTT05fSU5WQUxJRF9TRVNTSU9OX0lEEAQSGgoWUkVBU09OX1VOS05PV05fU0VTU0lPThAFEhwKGFJFQVNPTl9UT09fTUFOWV9TRVNTSU9OUxAGEhcKE1JFQVNPTl9TRVNTSU9OX0JVU1kQBxIeChpSRUFTT05fSU5WQUxJRF9DQUxJQlJBVElPThAIEhgKFFJFQVNPTl9TSFVUVElOR19ET1dOEAkSEwoPUkVBU09OX1VOUEFJUkVEEAoSGgoWUkVBU09OX01BTEZPUk1FRF9JTUFHRRALEh4KGlJFQVNPTl9JTUFHRV9TSVpFX01JU01BVENIEAwSHwobUkVBU09OX0lNQUdFX0ZPUk1BVF9DSEFOR0VEEA0SFgoSUkVBU09OX1NUQUxFX1NUQU1QEA4SGgoWUkVBU09OX0RVUExJQ0FURV9TVEFNUBAPEhcKE1JFQVNPTl9GVVRVUkVfU1RBTVAQEBIVChFSRUFTT05fU1VQRVJTRURFRBAREhMKD1JFQVNPTl9JTlRFUk5BTBASEhwKGFJFQVNPTl9GVVNJT05fU1VQRVJTRURFRBATEhYKElJFQVNPTl9OT1RfVFJBQ0tFRBAUEhgKFFJFQVNPTl9VTkZJVF9QSUNUVVJFEBUSGQoVUkVBU09OX01PREVMX01JU01BVENIEBYSGwoXUkVBU09OX01PREVMX1JFQlVJTERJTkcQFxIaChZSRUFTT05fVU5BVVRIRU5USUNBVEVEEBgSFAoQUkVBU09OX0ZPUkJJRERFThAZEhUKEVJFQVNPTl9UQUtFTl9PVkVSEBoSHAoYUkVBU09OX1VOS05PV05fUkVDT1JESU5HEBsSHAoYUkVBU09OX0lOVkFMSURfUkVDT1JESU5HEBwSFwoTUkVBU09OX05PVF9BX1JFUExBWRAdEhcKE1JFQVNPTl9TVE9SQUdFX0ZVTEwQHhIXChNSRUFTT05fTk9UX1JFQ09SREVEEB9iBnByb3RvMw");
 
 /**
  * First message of both sides. The client names what it speaks; the server answers with
@@ -37,6 +37,13 @@ export type Hello = Message<"mis_slam.v1.Hello"> & {
    * @generated from field: string software = 3;
    */
   software: string;
+
+  /**
+   * To a cart that feeds the session: with it, it or another one may take the session over.
+   *
+   * @generated from field: string takeover_token = 4;
+   */
+  takeoverToken: string;
 };
 
 /**
@@ -298,6 +305,88 @@ export enum Reason {
    * @generated from enum value: REASON_FUSION_SUPERSEDED = 19;
    */
   FUSION_SUPERSEDED = 19,
+
+  /**
+   * Not fused, as the camera's place was not known.
+   *
+   * @generated from enum value: REASON_NOT_TRACKED = 20;
+   */
+  NOT_TRACKED = 20,
+
+  /**
+   * Tracked but not fused: black, frozen, blurred, or not the inside of a body.
+   *
+   * @generated from enum value: REASON_UNFIT_PICTURE = 21;
+   */
+  UNFIT_PICTURE = 21,
+
+  /**
+   * Tracked but not fused, as it contradicts the model.
+   *
+   * @generated from enum value: REASON_MODEL_MISMATCH = 22;
+   */
+  MODEL_MISMATCH = 22,
+
+  /**
+   * Tracked but not fused, as the model is being rebuilt.
+   *
+   * @generated from enum value: REASON_MODEL_REBUILDING = 23;
+   */
+  MODEL_REBUILDING = 23,
+
+  /**
+   * No token, or one that is forged, expired or revoked.
+   *
+   * @generated from enum value: REASON_UNAUTHENTICATED = 24;
+   */
+  UNAUTHENTICATED = 24,
+
+  /**
+   * The token does not allow this.
+   *
+   * @generated from enum value: REASON_FORBIDDEN = 25;
+   */
+  FORBIDDEN = 25,
+
+  /**
+   * Another cart presented the takeover token.
+   *
+   * @generated from enum value: REASON_TAKEN_OVER = 26;
+   */
+  TAKEN_OVER = 26,
+
+  /**
+   * @generated from enum value: REASON_UNKNOWN_RECORDING = 27;
+   */
+  UNKNOWN_RECORDING = 27,
+
+  /**
+   * What is uploaded is no recording that can be replayed.
+   *
+   * @generated from enum value: REASON_INVALID_RECORDING = 28;
+   */
+  INVALID_RECORDING = 28,
+
+  /**
+   * Pause, seek and rate are for replays only.
+   *
+   * @generated from enum value: REASON_NOT_A_REPLAY = 29;
+   */
+  NOT_A_REPLAY = 29,
+
+  /**
+   * The server has no room to keep this.
+   *
+   * @generated from enum value: REASON_STORAGE_FULL = 30;
+   */
+  STORAGE_FULL = 30,
+
+  /**
+   * Worked on but not recorded: the disk was too slow.
+   *
+   * @generated from enum value: REASON_NOT_RECORDED = 31;
+   */
+  NOT_RECORDED = 31,
 }
 
 /**

@@ -18,7 +18,57 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file mis_slam/v1/session.proto.
  */
 export const file_mis_slam_v1_session: GenFile = /*@__PURE__*/
-  fileDesc("ChltaXNfc2xhbS92MS9zZXNzaW9uLnByb3RvEgttaXNfc2xhbS52MSJBCgtSZWFzb25Db3VudBIjCgZyZWFzb24YASABKA4yEy5taXNfc2xhbS52MS5SZWFzb24SDQoFY291bnQYAiABKAQisAQKDFNlc3Npb25TdGF0ZRIPCgdzZXNzaW9uGAEgASgJEioKBnN0YXR1cxgCIAEoDjIaLm1pc19zbGFtLnYxLlNlc3Npb25TdGF0dXMSDAoEdGV4dBgDIAEoCRIWCg5zb3VyY2VfcHJlc2VudBgEIAEoCBIuCgh0cmFja2luZxgFIAEoDjIcLm1pc19zbGFtLnYxLlRyYWNraW5nT3V0Y29tZRIWCg5wYWlyc19yZWNlaXZlZBgGIAEoBBIXCg9wb3Nlc19wdWJsaXNoZWQYByABKAQSFAoMZnJhbWVzX2Z1c2VkGAggASgEEicKBWRyb3BzGAkgAygLMhgubWlzX3NsYW0udjEuUmVhc29uQ291bnQSEwoLcmVjZWl2ZWRfaHoYCiABKAISDwoHcG9zZV9oehgLIAEoAhIQCghmdXNlZF9oehgMIAEoAhIYCgtwYWlyX2FnZV9tcxgNIAEoAkgAiAEBEhgKC3Bvc2VfYWdlX21zGA4gASgCSAGIAQESGQoMbW9kZWxfYWdlX21zGA8gASgCSAKIAQESDQoFZXBvY2gYECABKA0SDwoHc3VyZmVscxgRIAEoDRIPCgd2aWV3ZXJzGBIgASgNEg8KB3BpY3R1cmUYEyABKAkSIwoGY2FtZXJhGBQgASgLMhMubWlzX3NsYW0udjEuQ2FtZXJhQg4KDF9wYWlyX2FnZV9tc0IOCgxfcG9zZV9hZ2VfbXNCDwoNX21vZGVsX2FnZV9tcyq8AQoNU2Vzc2lvblN0YXR1cxIeChpTRVNTSU9OX1NUQVRVU19VTlNQRUNJRklFRBAAEhoKFlNFU1NJT05fU1RBVFVTX1dBSVRJTkcQARIXChNTRVNTSU9OX1NUQVRVU19MSVZFEAISGwoXU0VTU0lPTl9TVEFUVVNfREVHUkFERUQQAxIeChpTRVNTSU9OX1NUQVRVU19TT1VSQ0VfTE9TVBAEEhkKFVNFU1NJT05fU1RBVFVTX0NMT1NFRBAFYgZwcm90bzM", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_pose]);
+  fileDesc("ChltaXNfc2xhbS92MS9zZXNzaW9uLnByb3RvEgttaXNfc2xhbS52MSJ6Cg5SZXBsYXlQb3NpdGlvbhIRCglyZWNvcmRpbmcYASABKAkSEwoLcG9zaXRpb25fbnMYAiABKAQSEwoLZHVyYXRpb25fbnMYAyABKAQSDgoGcGF1c2VkGAQgASgIEgwKBHJhdGUYBSABKAESDQoFZW5kZWQYBiABKAgiQQoLUmVhc29uQ291bnQSIwoGcmVhc29uGAEgASgOMhMubWlzX3NsYW0udjEuUmVhc29uEg0KBWNvdW50GAIgASgEIpUFCgxTZXNzaW9uU3RhdGUSDwoHc2Vzc2lvbhgBIAEoCRIqCgZzdGF0dXMYAiABKA4yGi5taXNfc2xhbS52MS5TZXNzaW9uU3RhdHVzEgwKBHRleHQYAyABKAkSFgoOc291cmNlX3ByZXNlbnQYBCABKAgSLgoIdHJhY2tpbmcYBSABKA4yHC5taXNfc2xhbS52MS5UcmFja2luZ091dGNvbWUSFgoOcGFpcnNfcmVjZWl2ZWQYBiABKAQSFwoPcG9zZXNfcHVibGlzaGVkGAcgASgEEhQKDGZyYW1lc19mdXNlZBgIIAEoBBInCgVkcm9wcxgJIAMoCzIYLm1pc19zbGFtLnYxLlJlYXNvbkNvdW50EhMKC3JlY2VpdmVkX2h6GAogASgCEg8KB3Bvc2VfaHoYCyABKAISEAoIZnVzZWRfaHoYDCABKAISGAoLcGFpcl9hZ2VfbXMYDSABKAJIAIgBARIYCgtwb3NlX2FnZV9tcxgOIAEoAkgBiAEBEhkKDG1vZGVsX2FnZV9tcxgPIAEoAkgCiAEBEg0KBWVwb2NoGBAgASgNEg8KB3N1cmZlbHMYESABKA0SDwoHdmlld2VycxgSIAEoDRIPCgdwaWN0dXJlGBMgASgJEiMKBmNhbWVyYRgUIAEoCzITLm1pc19zbGFtLnYxLkNhbWVyYRITCgttb2RlbF9zdGFsZRgVIAEoCBIOCgZhbGFybXMYFiADKAkSEQoJcmVjb3JkaW5nGBcgASgIEisKBnJlcGxheRgYIAEoCzIbLm1pc19zbGFtLnYxLlJlcGxheVBvc2l0aW9uQg4KDF9wYWlyX2FnZV9tc0IOCgxfcG9zZV9hZ2VfbXNCDwoNX21vZGVsX2FnZV9tcyrbAQoNU2Vzc2lvblN0YXR1cxIeChpTRVNTSU9OX1NUQVRVU19VTlNQRUNJRklFRBAAEhoKFlNFU1NJT05fU1RBVFVTX1dBSVRJTkcQARIXChNTRVNTSU9OX1NUQVRVU19MSVZFEAISGwoXU0VTU0lPTl9TVEFUVVNfREVHUkFERUQQAxIeChpTRVNTSU9OX1NUQVRVU19TT1VSQ0VfTE9TVBAEEhkKFVNFU1NJT05fU1RBVFVTX0NMT1NFRBAFEh0KGVNFU1NJT05fU1RBVFVTX1JFQ09WRVJJTkcQBmIGcHJvdG8z", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_pose]);
+
+/**
+ * Where the replay of a stored recording is.
+ *
+ * @generated from message mis_slam.v1.ReplayPosition
+ */
+export type ReplayPosition = Message<"mis_slam.v1.ReplayPosition"> & {
+  /**
+   * @generated from field: string recording = 1;
+   */
+  recording: string;
+
+  /**
+   * Of the newest pair handed on, since the first one of the recording.
+   *
+   * @generated from field: uint64 position_ns = 2;
+   */
+  positionNs: bigint;
+
+  /**
+   * @generated from field: uint64 duration_ns = 3;
+   */
+  durationNs: bigint;
+
+  /**
+   * @generated from field: bool paused = 4;
+   */
+  paused: boolean;
+
+  /**
+   * Times the recorded pace; 0: as fast as the reconstruction takes pairs.
+   *
+   * @generated from field: double rate = 5;
+   */
+  rate: number;
+
+  /**
+   * The last pair has been handed on.
+   *
+   * @generated from field: bool ended = 6;
+   */
+  ended: boolean;
+};
+
+/**
+ * Describes the message mis_slam.v1.ReplayPosition.
+ * Use `create(ReplayPositionSchema)` to create a new message.
+ */
+export const ReplayPositionSchema: GenMessage<ReplayPosition> = /*@__PURE__*/
+  messageDesc(file_mis_slam_v1_session, 0);
 
 /**
  * @generated from message mis_slam.v1.ReasonCount
@@ -40,7 +90,7 @@ export type ReasonCount = Message<"mis_slam.v1.ReasonCount"> & {
  * Use `create(ReasonCountSchema)` to create a new message.
  */
 export const ReasonCountSchema: GenMessage<ReasonCount> = /*@__PURE__*/
-  messageDesc(file_mis_slam_v1_session, 0);
+  messageDesc(file_mis_slam_v1_session, 1);
 
 /**
  * @generated from message mis_slam.v1.SessionState
@@ -149,7 +199,7 @@ export type SessionState = Message<"mis_slam.v1.SessionState"> & {
   viewers: number;
 
   /**
-   * Whether the newest picture is fit for fusion: good, black, frozen, blurred; empty before the first.
+   * Whether the newest picture is fit for fusion: good, black, frozen, out_of_body, blurred; empty before the first.
    *
    * @generated from field: string picture = 19;
    */
@@ -161,6 +211,34 @@ export type SessionState = Message<"mis_slam.v1.SessionState"> & {
    * @generated from field: mis_slam.v1.Camera camera = 20;
    */
   camera?: Camera;
+
+  /**
+   * The model does not follow the newest poses: the GPU was lost and the model is being rebuilt.
+   *
+   * @generated from field: bool model_stale = 21;
+   */
+  modelStale: boolean;
+
+  /**
+   * What somebody should look after although the session goes on, such as a recording that stopped; for people.
+   *
+   * @generated from field: repeated string alarms = 22;
+   */
+  alarms: string[];
+
+  /**
+   * What comes and what is found is being recorded, to be kept.
+   *
+   * @generated from field: bool recording = 23;
+   */
+  recording: boolean;
+
+  /**
+   * Absent unless the pairs come from a stored recording.
+   *
+   * @generated from field: mis_slam.v1.ReplayPosition replay = 24;
+   */
+  replay?: ReplayPosition;
 };
 
 /**
@@ -168,7 +246,7 @@ export type SessionState = Message<"mis_slam.v1.SessionState"> & {
  * Use `create(SessionStateSchema)` to create a new message.
  */
 export const SessionStateSchema: GenMessage<SessionState> = /*@__PURE__*/
-  messageDesc(file_mis_slam_v1_session, 1);
+  messageDesc(file_mis_slam_v1_session, 2);
 
 /**
  * @generated from enum mis_slam.v1.SessionStatus
@@ -211,6 +289,13 @@ export enum SessionStatus {
    * @generated from enum value: SESSION_STATUS_CLOSED = 5;
    */
   CLOSED = 5,
+
+  /**
+   * After a crash of the server: the journal is worked through, then pairs are taken again.
+   *
+   * @generated from enum value: SESSION_STATUS_RECOVERING = 6;
+   */
+  RECOVERING = 6,
 }
 
 /**
