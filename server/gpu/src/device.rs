@@ -109,6 +109,12 @@ impl Gpu {
         self.lost.get().is_some()
     }
 
+    /// Gives the device up, as a failing driver does; for drills and tests of what follows.
+    pub fn lose(&self, reason: &str) {
+        self.lost.get_or_init(|| reason.to_owned());
+        self.device.destroy();
+    }
+
     /// Reports a lost device, or the first error since the last call that no caller received.
     ///
     /// # Errors

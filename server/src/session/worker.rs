@@ -5,22 +5,23 @@
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use dense::disparity::{DisparityConfig, DisparityRange};
-use dense::{DenseConfig, DenseError, DenseFrame, DenseSlam, StepReport};
-use geometry::{Eye, GeometryError, Mask, Pose, Rectification, Rgb, StereoRig};
-use gpu::Gpu;
+use dense::disparity::DisparityConfig;
+use dense::{DenseConfig, DenseError, DenseSlam, StepReport};
+use geometry::{GeometryError, Mask, Pose, Rgb, StereoRig};
 use recording::Calibration;
 use tracking::{MappingPace, StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
 
-use super::correspondences::{LastFused, NumberedFeature, numbered};
-use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, Taken, mailbox};
+use super::correspondences::numbered;
+use super::dense_end::{DenseEnd, DenseJob, RectifiedPair, run_dense};
+use super::gpu_turns::GpuTurns;
+use super::history::History;
+use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, mailbox};
 use super::quality::{FrameQuality, QualityConfig, QualityGate};
+use super::rectifier::Rectifier;
+use super::shared_gpu::SharedGpu;
 use crate::config::Config;
-
-/// Without a pair for this time a session is idle, and what was held back for later is sent.
-const IDLE_AFTER: Duration = Duration::from_millis(300);
 
 /// A decoded stereo pair, as it came from the cameras (not yet rectified).
 #[derive(Clone, Debug)]
@@ -35,6 +36,8 @@ pub struct StereoPair {
     pub right: Rgb,
     /// Instruments in the left eye, where the source knows them.
     pub mask: Option<Mask>,
+    /// Whether the stages may pass it over for a newer one.
+    pub policy: Policy,
 }
 
 /// What the tracker found in one pair.
@@ -65,6 +68,8 @@ pub struct FusedPair {
     pub stamp_ns: u64,
     /// The source's own number of this pair.
     pub sequence: u64,
+    /// Whether the picture was fit for fusion.
+    pub quality: FrameQuality,
     /// The pose it was fused at; `None` where tracking was lost or the picture unfit, and nothing was fused.
     pub world_from_camera: Option<Pose>,
     /// Counts, residuals and stage times.
@@ -93,8 +98,15 @@ pub trait Sink: Send + Sync + 'static {
     /// # Errors
     /// A failed read-back is reported to [`Sink::failed`].
     fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError>;
+    /// The model is lost with its GPU and is being rebuilt; poses go on.
+    fn model_lost(&self, why: &str);
+    /// The model has been rebuilt, on what `model` now is; all of it is to be published anew.
+    ///
+    /// # Errors
+    /// A failed read-back ends the worker.
+    fn model_rebuilt(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError>;
     /// The worker cannot go on.
-    fn failed(&self, error: WorkerError);
+    fn failed(&self, error: Arc<WorkerError>);
 }
 
 /// What a [`Sink`] may fail with.
@@ -117,6 +129,9 @@ pub enum WorkerError {
         "left and right eye are swapped: points match at negative disparity; exchange the two images or correct the cabling"
     )]
     EyesSwapped,
+    /// The journal that a lost model is rebuilt from cannot be read.
+    #[error("journal: {0}")]
+    Journal(#[from] recording::RecordingError),
     /// Results could not be taken away.
     #[error("results: {0}")]
     Sink(#[from] SinkError),
@@ -155,14 +170,20 @@ impl From<&Config> for StageConfig {
 }
 
 /// What a worker is made from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct WorkerSetup<'a> {
     /// Options.
     pub stages: &'a StageConfig,
     /// The cameras.
     pub calibration: &'a Calibration,
-    /// Live or replay.
+    /// Whether the same pairs must give the same map, or tracking must never wait for the mapping.
     pub policy: Policy,
+    /// What a model that is lost with its GPU is rebuilt from; without it such a loss is the end.
+    pub history: Option<&'a History>,
+    /// Whose turn it is on the GPU that several sessions share.
+    pub gpu_turns: &'a Arc<GpuTurns>,
+    /// Where the first tracked camera is in the world; the identity unless an earlier session is gone on with.
+    pub world_from_start: Pose,
 }
 
 /// A running worker; it ends when all senders of its input mailbox are gone.
@@ -193,16 +214,17 @@ impl Worker {
 /// [`WorkerError`] where the calibration, a configuration or the GPU refuses.
 pub fn spawn(
     setup: &WorkerSetup,
-    gpu: Arc<Gpu>,
+    gpu: Arc<SharedGpu>,
     input: MailboxReceiver<StereoPair>,
     sink: Arc<dyn Sink>,
 ) -> Result<Worker, WorkerError> {
     let rectifier = Rectifier::new(setup.calibration)?;
     let rig = *rectifier.rig();
     let tracker = Tracker::with_pace(&setup.stages.tracking, &rig, mapping_pace(setup.policy))?;
-    let dense = DenseEnd::new(gpu, rig, setup.stages)?;
+    let dense = DenseEnd::new(gpu, rig, setup)?;
     let (jobs_out, jobs_in) = mailbox(setup.policy, 1);
-    let front = FrontEnd { rectifier, tracker, quality: QualityGate::new(&setup.stages.quality) };
+    let quality = QualityGate::new(&setup.stages.quality);
+    let front = FrontEnd { rectifier, tracker, quality, world_from_start: setup.world_from_start };
     let front_sink = Arc::clone(&sink);
     let tracking = thread("tracker", move || run_front_end(front, &input, &jobs_out, &*front_sink))?;
     let dense = thread("dense", move || run_dense(dense, &jobs_in, &*sink))?;
@@ -224,79 +246,11 @@ fn thread(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<Jo
         .map_err(|source| WorkerError::Thread { name, source })
 }
 
-/// Brings pairs into the rectified rig.
-enum Rectifier {
-    AlreadyRectified(StereoRig),
-    Remap(Box<Remap>),
-}
-
-struct Remap {
-    rectification: Rectification,
-    /// Rectified pixels that the left camera does not see; `None` where it sees all.
-    blind: Option<Mask>,
-}
-
-impl Remap {
-    fn new(rectification: Rectification) -> Self {
-        let blind = rectification.blind_mask(Eye::Left);
-        let blind = blind.pixels().iter().any(|&covered| covered != 0).then_some(blind);
-        Self { rectification, blind }
-    }
-
-    fn apply(&self, pair: &StereoPair) -> Result<StereoPair, GeometryError> {
-        let (left, right) = self.rectification.rectify_rgb(&pair.left, &pair.right)?;
-        let instruments = pair.mask.as_ref();
-        let instruments =
-            instruments.map(|mask| self.rectification.rectify_mask(Eye::Left, mask)).transpose()?;
-        let mask = instruments.or_else(|| self.blind.clone());
-        Ok(StereoPair { left, right, mask, stamp_ns: pair.stamp_ns, sequence: pair.sequence })
-    }
-}
-
-impl Rectifier {
-    fn new(calibration: &Calibration) -> Result<Self, GeometryError> {
-        Ok(match calibration {
-            Calibration::Rectified(rig) => Self::AlreadyRectified(*rig),
-            Calibration::Raw(raw) => Self::Remap(Box::new(Remap::new(Rectification::from_calibration(raw)?))),
-        })
-    }
-
-    fn rig(&self) -> &StereoRig {
-        match self {
-            Self::AlreadyRectified(rig) => rig,
-            Self::Remap(remap) => remap.rectification.rig(),
-        }
-    }
-
-    fn apply(&self, pair: StereoPair) -> Result<StereoPair, GeometryError> {
-        match self {
-            Self::AlreadyRectified(_) => Ok(pair),
-            Self::Remap(remap) => remap.apply(&pair),
-        }
-    }
-}
-
-struct DenseJob {
-    index: u32,
-    pair: RectifiedPair,
-    quality: FrameQuality,
-    disparity_drift_px: f64,
-    features: Vec<NumberedFeature>,
-    world_from_camera: Option<Pose>,
-}
-
-struct RectifiedPair {
-    stamp_ns: u64,
-    sequence: u64,
-    left: Arc<Rgb>,
-    right: Rgb,
-    mask: Option<Mask>,
-}
-
 struct FrontEnd {
     rectifier: Rectifier,
     tracker: Tracker,
     quality: QualityGate,
+    world_from_start: Pose,
 }
 
 fn run_front_end(
@@ -309,7 +263,7 @@ fn run_front_end(
     while let Some(pair) = input.take() {
         match front.process(pair, index, jobs) {
             Ok(tracked) => sink.tracked(&tracked),
-            Err(error) => return sink.failed(error),
+            Err(error) => return sink.failed(error.into()),
         }
         index += 1;
     }
@@ -326,16 +280,18 @@ impl FrontEnd {
         let pair = self.rectifier.apply(pair)?;
         let (left, right) = (pair.left.to_gray(), pair.right.to_gray());
         let rectify_ms = milliseconds_since(started);
-        let quality = self.quality.assess(&left);
+        let quality = self.quality.assess(&left, &pair.left);
 
         let started = Instant::now();
         let frame =
             StereoFrame { stamp_ns: pair.stamp_ns, left: &left, right: &right, mask: pair.mask.as_ref() };
-        let report = self.tracker.track(&frame)?;
+        let mut report = self.tracker.track(&frame)?;
+        report.world_from_camera = report.world_from_camera.map(|pose| self.world_from_start * pose);
         let tracking_ms = milliseconds_since(started);
 
         let (stamp_ns, sequence) = (pair.stamp_ns, pair.sequence);
         let world_from_camera = report.world_from_camera.filter(|_| quality.allows_fusion());
+        let policy = pair.policy;
         let left = Arc::new(pair.left);
         let pair = RectifiedPair {
             stamp_ns,
@@ -344,14 +300,10 @@ impl FrontEnd {
             right: levelled(pair.right, report.drift.row_px),
             mask: pair.mask,
         };
-        let superseded_dense = jobs.offer(DenseJob {
-            index,
-            pair,
-            quality,
-            disparity_drift_px: report.drift.disparity_px,
-            features: numbered(&report.features),
-            world_from_camera,
-        }) == Offer::Superseded;
+        let disparity_drift_px = report.drift.disparity_px;
+        let features = numbered(&report.features);
+        let job = DenseJob { index, pair, quality, disparity_drift_px, features, world_from_camera };
+        let superseded_dense = jobs.offer_by(policy, job) == Offer::Superseded;
         Ok(TrackedPair {
             stamp_ns,
             sequence,
@@ -365,87 +317,11 @@ impl FrontEnd {
     }
 }
 
-/// The GPU's side of a session.
-struct DenseEnd {
-    gpu: Arc<Gpu>,
-    model: DenseSlam,
-    disparity: DisparityConfig,
-    last_fused: LastFused,
-    eyes_are_checked: bool,
-}
-
-fn run_dense(mut dense: DenseEnd, jobs: &MailboxReceiver<DenseJob>, sink: &dyn Sink) {
-    let mut last_stamp_ns = 0;
-    loop {
-        let done = match jobs.take_within(IDLE_AFTER) {
-            Taken::Value(job) => {
-                last_stamp_ns = job.pair.stamp_ns;
-                dense.process(&job, sink)
-            }
-            Taken::Nothing => sink.idle(last_stamp_ns, &mut dense.model).map_err(WorkerError::from),
-            Taken::Closed => break,
-        };
-        if let Err(error) = done {
-            return sink.failed(error);
-        }
-    }
-    if let Err(error) = sink.finished(last_stamp_ns, &mut dense.model) {
-        sink.failed(error.into());
-    }
-}
-
-impl DenseEnd {
-    fn new(gpu: Arc<Gpu>, rig: StereoRig, stages: &StageConfig) -> Result<Self, DenseError> {
-        let model = DenseSlam::new(Arc::clone(&gpu), rig, &stages.disparity, &stages.dense)?;
-        let (disparity, last_fused) = (stages.disparity.clone(), LastFused::default());
-        Ok(Self { gpu, model, disparity, last_fused, eyes_are_checked: false })
-    }
-
-    fn process(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
-        self.refuse_swapped_eyes(job)?;
-        let started = Instant::now();
-        let report = self.model.step(&DenseFrame {
-            index: job.index,
-            stamp_ns: job.pair.stamp_ns,
-            left: &job.pair.left,
-            right: &job.pair.right,
-            mask: job.pair.mask.as_ref(),
-            disparity_drift_px: job.disparity_drift_px,
-            correspondences: &self.last_fused.join(&job.features),
-            world_from_camera: job.world_from_camera.as_ref(),
-        })?;
-        if report.fused {
-            self.last_fused.replace(&job.features);
-        }
-        let fused = FusedPair {
-            stamp_ns: job.pair.stamp_ns,
-            sequence: job.pair.sequence,
-            world_from_camera: job.world_from_camera,
-            report,
-            dense_ms: milliseconds_since(started),
-        };
-        sink.fused(&fused, &mut self.model)?;
-        Ok(())
-    }
-
-    /// Once, on the first picture that shows anything.
-    fn refuse_swapped_eyes(&mut self, job: &DenseJob) -> Result<(), WorkerError> {
-        if self.eyes_are_checked || job.quality != FrameQuality::Good {
-            return Ok(());
-        }
-        self.eyes_are_checked = true;
-        let range = DisparityRange::of_rig(self.model.rig(), &self.disparity)?;
-        let eyes = (&*job.pair.left, &job.pair.right);
-        let order = dense::disparity::eye_order(&self.gpu, eyes, range, &self.disparity)?;
-        if order.is_swapped() { Err(WorkerError::EyesSwapped) } else { Ok(()) }
-    }
-}
-
 /// The right image with its rows where the left one's are; a tenth of a pixel changes nothing.
 fn levelled(right: Rgb, row_offset_px: f64) -> Rgb {
     if row_offset_px.abs() < 0.1 { right } else { right.rows_shifted(row_offset_px) }
 }
 
-fn milliseconds_since(start: Instant) -> f64 {
+pub(super) fn milliseconds_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }
