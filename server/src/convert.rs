@@ -5,11 +5,13 @@ use geometry::{CameraModel, Distortion, Pinhole, Pose, StereoCalibration, Stereo
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use protocol::WireSurfel;
 use protocol::v1::{self, ImageFormat, Reason, TrackingOutcome};
+use recording::export::PlySurfel;
 use recording::{Calibration, RawPixel};
 use tracking::Outcome;
 
 use crate::publish::model_lane::{ModelUpdate, ViewerWishes};
 use crate::session::intake::Rejection;
+use crate::session::worker::FusedPair;
 
 /// Furthest a quaternion's length may be from 1; seven printed digits give 1e-7.
 const UNIT_TOLERANCE: f64 = 1e-4;
@@ -83,7 +85,8 @@ fn pinhole_from_wire(camera: &v1::Camera) -> Pinhole {
     }
 }
 
-fn pose_from_wire(wire: &v1::RigidTransform) -> Option<Pose> {
+/// A pose from the wire; `None` where its quaternion is none.
+pub fn pose_from_wire(wire: &v1::RigidTransform) -> Option<Pose> {
     let quaternion = Quaternion::new(wire.qw, wire.qx, wire.qy, wire.qz);
     let unit = (quaternion.norm() - 1.0).abs() < UNIT_TOLERANCE;
     let rotation = unit.then(|| UnitQuaternion::from_quaternion(quaternion))?;
@@ -141,6 +144,61 @@ pub fn image_from_wire(image: v1::EncodedImage) -> Result<recording::EncodedImag
         }
     };
     Ok(recording::EncodedImage { format, bytes: image.data.into() })
+}
+
+/// An image of a recording on the wire, of `size_px` where its own header does not tell; `None` for raw formats that
+/// the wire does not know.
+pub fn image_to_wire(image: recording::EncodedImage, size_px: (u32, u32)) -> Option<v1::EncodedImage> {
+    let (width_px, height_px) = recording::size_px(&image).unwrap_or(size_px);
+    let format = match image.format {
+        recording::ImageFormat::Jpeg => ImageFormat::Jpeg,
+        recording::ImageFormat::Png => ImageFormat::Png,
+        recording::ImageFormat::Raw { pixel: RawPixel::Mono8, row_bytes, .. } if row_bytes == width_px => {
+            ImageFormat::Gray8
+        }
+        recording::ImageFormat::Raw { width, height, .. } => {
+            let rgb = recording::decode_rgb(&image, (width, height)).ok()?.into_vec().into_flattened();
+            return Some(v1::EncodedImage {
+                format: ImageFormat::Rgb8.into(),
+                width_px,
+                height_px,
+                data: rgb.into(),
+            });
+        }
+    };
+    Some(v1::EncodedImage { format: format.into(), width_px, height_px, data: image.bytes.into() })
+}
+
+/// A pair of a recording on the wire; an image that the wire does not know is left out, and the pair then refused.
+pub fn pair_to_wire(message: recording::StereoMessage, sequence: u64, size_px: (u32, u32)) -> v1::StereoPair {
+    v1::StereoPair {
+        stamp_ns: message.stamp_ns,
+        sequence,
+        left: image_to_wire(message.left, size_px),
+        right: image_to_wire(message.right, size_px),
+        mask: message.mask.and_then(|mask| image_to_wire(mask, size_px)),
+    }
+}
+
+/// Why a pair was not fused; `None` where it was.
+pub fn not_fused(pair: &FusedPair) -> Option<Reason> {
+    match (pair.report.fused, pair.world_from_camera) {
+        (true, _) => None,
+        (false, Some(_)) => Some(Reason::ModelMismatch),
+        (false, None) if pair.quality.allows_fusion() => Some(Reason::NotTracked),
+        (false, None) => Some(Reason::UnfitPicture),
+    }
+}
+
+/// A surfel in files; its confidence there is its weight.
+pub fn ply_surfel(surfel: &dense::Surfel) -> PlySurfel {
+    PlySurfel {
+        position: surfel.position,
+        normal: surfel.normal,
+        color: surfel.color,
+        radius_m: surfel.radius_m,
+        confidence: surfel.weight,
+    }
 }
 
 /// A JPEG on the wire.

@@ -14,4 +14,5 @@ pub mod replay;
 pub mod service;
 pub mod session;
 pub mod simulated;
+pub mod storage;
 pub mod telemetry;

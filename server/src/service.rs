@@ -10,6 +10,7 @@ use tokio::task::JoinHandle;
 use tokio::time::MissedTickBehavior;
 
 use crate::config::Config;
+use crate::http::access::{Access, AccessConfig, AccessError};
 use crate::http::{HttpServer, ServerConfig};
 use crate::ingest::{self, ZenohConfig};
 use crate::publish::zenoh::ZenohError;
@@ -17,6 +18,7 @@ use crate::publish::{self, PublishConfig};
 use crate::session::SessionConfig;
 use crate::session::engine::Engine;
 use crate::session::registry::{Registry, RegistryConfig};
+use crate::storage::{Storage, StorageConfig, StorageError};
 
 /// The sections of the configuration that concern the network.
 #[derive(Clone, Debug, Deserialize)]
@@ -31,6 +33,12 @@ pub struct ServiceConfig {
     pub publish: PublishConfig,
     /// Which calibrations are believed.
     pub rig: geometry::validate::RigLimits,
+    /// Format and topics of recordings.
+    pub recording: recording::RecordingConfig,
+    /// What is kept on the disk.
+    pub storage: StorageConfig,
+    /// Who may do what.
+    pub access: AccessConfig,
 }
 
 impl From<&Config> for ServiceConfig {
@@ -41,6 +49,9 @@ impl From<&Config> for ServiceConfig {
             zenoh: config.zenoh.clone(),
             publish: config.publish.clone(),
             rig: config.rig,
+            recording: config.recording.clone(),
+            storage: config.storage.clone(),
+            access: config.access.clone(),
         }
     }
 }
@@ -59,6 +70,12 @@ pub enum ServiceError {
     /// The HTTP server failed.
     #[error("HTTP: {0}")]
     Http(#[from] std::io::Error),
+    /// The directory cannot be used.
+    #[error("storage: {0}")]
+    Storage(#[from] StorageError),
+    /// Tokens cannot be checked.
+    #[error("access: {0}")]
+    Access(#[from] AccessError),
     /// zenoh refused its endpoints.
     #[error(transparent)]
     Zenoh(#[from] ZenohError),
@@ -78,14 +95,17 @@ impl Service {
     /// # Errors
     /// [`ServiceError`] where an address cannot be had.
     pub async fn bind(config: &ServiceConfig, engine: Arc<dyn Engine>) -> Result<Self, ServiceError> {
+        let access = Access::load(&config.access, config.zenoh.enabled)?;
         let registry_config = RegistryConfig {
             session: config.session.clone(),
             publish: config.publish.clone(),
             rig: config.rig,
+            recording: config.recording.clone(),
         };
-        let registry = Arc::new(Registry::new(registry_config, engine));
+        let storage = Storage::open(&config.storage)?.map(Arc::new);
+        let registry = Arc::new(Registry::new(registry_config, engine, storage));
         let stall = Duration::from_secs_f64(config.publish.viewer_stall_s);
-        let http = HttpServer::bind(&config.server, Arc::clone(&registry), stall)
+        let http = HttpServer::bind(&config.server, Arc::clone(&registry), (access, stall))
             .await
             .map_err(|source| ServiceError::Listen { address: config.server.listen, source })?;
         let zenoh = if config.zenoh.enabled {
@@ -93,6 +113,10 @@ impl Service {
         } else {
             None
         };
+        let recovering = Arc::clone(&registry);
+        if tokio::task::spawn_blocking(move || recovering.recover()).await.is_err() {
+            tracing::error!("the recovery after a crash panicked");
+        }
         Ok(Self { http, zenoh, registry, config: config.clone() })
     }
 

@@ -9,15 +9,24 @@ use recording::RecordingError;
 use crate::convert;
 use crate::session::hub::Hub;
 use crate::session::intake::Rejection;
-use crate::session::mailbox::{MailboxReceiver, MailboxSender, Offer};
+use crate::session::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy};
 use crate::session::worker::StereoPair;
+
+/// A pair on its way to the reconstruction.
+#[derive(Clone, Debug)]
+pub struct Incoming {
+    /// As it came.
+    pub pair: EncodedPair,
+    /// Whether a newer one may take its place.
+    pub policy: Policy,
+}
 
 /// Starts the thread; it ends when all senders of `encoded` are gone.
 ///
 /// # Errors
 /// The system's, where no thread can be started.
 pub fn spawn(
-    encoded: MailboxReceiver<EncodedPair>,
+    encoded: MailboxReceiver<Incoming>,
     decoded: MailboxSender<StereoPair>,
     size_px: (u32, u32),
     hub: Arc<Hub>,
@@ -26,16 +35,16 @@ pub fn spawn(
 }
 
 fn run(
-    encoded: &MailboxReceiver<EncodedPair>,
+    encoded: &MailboxReceiver<Incoming>,
     decoded: &MailboxSender<StereoPair>,
     size_px: (u32, u32),
     hub: &Hub,
 ) {
-    while let Some(pair) = encoded.take() {
+    while let Some(Incoming { pair, policy }) = encoded.take() {
         let sequence = pair.sequence;
-        match decode(pair, size_px) {
+        match decode(pair, policy, size_px) {
             Err(rejection) => hub.reject(sequence, rejection),
-            Ok(pair) => match decoded.offer(pair) {
+            Ok(pair) => match decoded.offer_by(policy, pair) {
                 Offer::Queued => {}
                 Offer::Superseded => hub.count_drop(Reason::Superseded),
                 // The reconstruction has failed and said so; later pairs go the same way.
@@ -49,7 +58,7 @@ fn run(
 ///
 /// # Errors
 /// [`Rejection`] that names the eye, and both sizes where they differ.
-pub fn decode(pair: EncodedPair, size_px: (u32, u32)) -> Result<StereoPair, Rejection> {
+pub fn decode(pair: EncodedPair, policy: Policy, size_px: (u32, u32)) -> Result<StereoPair, Rejection> {
     Ok(StereoPair {
         stamp_ns: pair.stamp_ns,
         sequence: pair.sequence,
@@ -59,6 +68,7 @@ pub fn decode(pair: EncodedPair, size_px: (u32, u32)) -> Result<StereoPair, Reje
             Some(mask) => Some(image("mask", Some(mask), |image| recording::decode_gray(image, size_px))?),
             None => None,
         },
+        policy,
     })
 }
 

@@ -21,14 +21,14 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Claims the session for a new connection.
+    /// Claims the session for a new connection, which may present the takeover token.
     ///
     /// # Errors
     /// [`SourceBusy`] while another cart feeds it.
-    pub fn claim(session: Arc<Session>) -> Result<Self, SourceBusy> {
+    pub fn claim(session: Arc<Session>, presented: &str) -> Result<Self, SourceBusy> {
         let number = NEXT_CONNECTION.fetch_add(1, Ordering::Relaxed);
         let source = SourceId::WebSocket(number);
-        session.hub().join(source.clone())?;
+        session.hub().join(source.clone(), presented)?;
         Ok(Self { session, source })
     }
 }
@@ -41,7 +41,7 @@ impl Drop for Feed {
 
 /// Serves a cart until it or the session ends.
 pub async fn serve(mut peer: Peer, feed: Feed, registry: Arc<Registry>) {
-    let ending = match peer.greet().await {
+    let ending = match peer.greet(feed.session.hub().takeover_token()).await {
         Ok(()) => converse(&mut peer, &feed, &registry).await,
         Err(ending) => Err(ending),
     };
@@ -62,13 +62,23 @@ async fn converse(peer: &mut Peer, feed: &Feed, registry: &Arc<Registry>) -> Res
     loop {
         tokio::select! {
             biased;
-            bytes = newest(&mut state) => peer.send(bytes).await?,
+            bytes = newest(&mut state) => {
+                // A takeover publishes the state, so that the first cart is told at once.
+                if !hub.is_fed_by(&feed.source) && hub.source().is_some() {
+                    return Err(Ending::Refused(taken_over()));
+                }
+                peer.send(bytes).await?;
+            }
             ending = session_closed(&mut closing, hub.id()) => return Err(ending),
             bytes = newest(&mut pose) => peer.send(bytes).await?,
             bytes = next_refusal(&mut refusals) => peer.send(bytes).await?,
             message = peer.receive() => handle(message?, peer, feed, registry).await?,
         }
     }
+}
+
+fn taken_over() -> Rejection {
+    Rejection::new(Reason::TakenOver, "another cart feeds this session now")
 }
 
 /// A cart that reads too slowly misses refusals; they are counted in the state all the same.
@@ -100,7 +110,7 @@ async fn handle(
         None => (None, Ok(())),
     };
     let Err(rejection) = outcome else { return Ok(()) };
-    if rejection.reason == Reason::SessionBusy {
+    if rejection.reason == Reason::TakenOver {
         return Err(Ending::Refused(rejection));
     }
     let refusal = protocol::refusal(rejection.reason, rejection.text, sequence);

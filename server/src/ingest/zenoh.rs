@@ -103,7 +103,7 @@ impl Callbacks {
     }
 
     fn take_pair(&self, id: &SessionId, payload: &ZBytes) {
-        let Message { source, body } = match Message::read(payload, self.message_max_bytes) {
+        let Message { source, body, .. } = match Message::read(payload, self.message_max_bytes) {
             Ok(message) => message,
             // Nobody can be told: the sender is not known.
             Err(rejection) => return tracing::debug!(session = %id, %rejection, "refused over zenoh"),
@@ -123,7 +123,7 @@ impl Callbacks {
         let session = self.registry.find(id.as_str())?;
         let source = SourceId::Zenoh(source.clone());
         if !session.hub().is_fed_by(&source) {
-            session.hub().join(source.clone())?;
+            session.hub().join(source.clone(), "")?;
         }
         session.offer(&source, pair)
     }

@@ -16,7 +16,7 @@ use crate::publish::model_lane::{Seed, ViewerWishes};
 use crate::publish::zenoh::ZenohError;
 use crate::session::intake::Rejection;
 use crate::session::lifecycle::SourceId;
-use crate::session::registry::Registry;
+use crate::session::registry::{FeedWanted, Opening, Registry};
 
 /// Something that a callback leaves to the task.
 pub(super) enum Request {
@@ -43,6 +43,8 @@ pub(super) struct Message {
     pub source: SessionId,
     /// What it says.
     pub body: to_server::Body,
+    /// The takeover token that it presents, or an empty text.
+    pub takeover_token: String,
 }
 
 impl Message {
@@ -53,7 +55,8 @@ impl Message {
         let malformed = |text: String| Rejection::new(Reason::MalformedMessage, text);
         let source =
             envelope.source.parse().map_err(|error: ProtocolError| malformed(format!("source: {error}")))?;
-        Ok(Self { source, body: envelope.body.ok_or_else(misplaced)? })
+        let takeover_token = envelope.takeover_token;
+        Ok(Self { source, body: envelope.body.ok_or_else(misplaced)?, takeover_token })
     }
 }
 
@@ -94,7 +97,8 @@ impl Requests {
             Request::Calibration(query) => {
                 let payload = query.payload().cloned().unwrap_or_default();
                 let outcome = self.take_calibration(query.key_expr().as_str(), &payload).await;
-                reply(&query, outcome.map(|()| vec![encode_hello(own_hello())])).await
+                let hello = |takeover_token| encode_hello(Hello { takeover_token, ..own_hello() });
+                reply(&query, outcome.map(|token| vec![hello(token)])).await
             }
             Request::CalibrationPut(put) => self.answer_put(&put).await,
             Request::Hello(query) => {
@@ -165,14 +169,15 @@ impl Requests {
         }
     }
 
-    /// The cart feeds the session of the key from now on, which is opened where there is none.
-    async fn take_calibration(&self, key: &str, payload: &ZBytes) -> Result<(), Rejection> {
+    /// The cart feeds the session of the key from now on, which is opened where there is none. Gives its takeover token.
+    async fn take_calibration(&self, key: &str, payload: &ZBytes) -> Result<String, Rejection> {
         let id = session_of(key)?;
         let message = Message::read(payload, self.message_max_bytes)?;
         let to_server::Body::Calibration(calibration) = message.body else { return Err(misplaced()) };
-        let (registry, source) = (Arc::clone(&self.registry), SourceId::Zenoh(message.source));
+        let claim = (SourceId::Zenoh(message.source), message.takeover_token);
+        let registry = Arc::clone(&self.registry);
         // Building a reconstruction blocks, so it happens off the async runtime.
-        tokio::task::spawn_blocking(move || calibrate(&registry, id, source, &calibration))
+        tokio::task::spawn_blocking(move || calibrate(&registry, id, claim, calibration))
             .await
             .unwrap_or_else(|error| Err(Rejection::new(Reason::Internal, error.to_string())))
     }
@@ -181,15 +186,23 @@ impl Requests {
 fn calibrate(
     registry: &Registry,
     id: SessionId,
-    source: SourceId,
-    calibration: &Calibration,
-) -> Result<(), Rejection> {
-    let Some(session) = registry.get(&id) else {
-        let opened = registry.open(Some(id), calibration)?;
-        return Ok(opened.hub().join(source)?);
+    (source, presented): (SourceId, String),
+    calibration: Calibration,
+) -> Result<String, Rejection> {
+    let session = match registry.get(&id) {
+        Some(session) => {
+            session.hub().join(source, &presented)?;
+            registry.recalibrate(&session, &calibration)?;
+            session
+        }
+        None => {
+            let feed = FeedWanted::Cart(Box::new(calibration));
+            let session = registry.open(&Opening { id: Some(id), record: false, feed })?;
+            session.hub().join(source, &presented)?;
+            session
+        }
     };
-    session.hub().join(source)?;
-    registry.recalibrate(&session, calibration)
+    Ok(session.hub().takeover_token().to_owned())
 }
 
 fn encode_hello(hello: Hello) -> Bytes {

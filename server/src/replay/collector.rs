@@ -1,9 +1,9 @@
 //! Takes the worker's results in while it runs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use dense::{DenseSlam, Rendering, Surfel};
 use geometry::Rgb;
@@ -18,6 +18,12 @@ use super::truth::PointTruth;
 use super::unpoisoned;
 use crate::overview;
 use crate::session::worker::{FusedPair, Sink, SinkError, TrackedPair, WorkerError};
+
+/// Samples of a session that its report is made from: two minutes at 30 pairs a second.
+const SAMPLES_MAX: usize = 3600;
+
+/// Pairs between tracker and model, at most.
+const PAIRS_UNDER_WAY_MAX: usize = 64;
 
 /// Size of the picture of the final model.
 const PICTURE_PX: (u32, u32) = (960, 720);
@@ -35,7 +41,26 @@ pub struct Running {
 pub struct Collector {
     running: Running,
     truth: PointTruth,
+    extent: Extent,
     collected: Mutex<Collected>,
+}
+
+/// How much is collected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// All of a recording, which ends.
+    Whole,
+    /// The newest of a session, which may go on for hours; its trajectory is in its journal.
+    Newest,
+}
+
+impl Extent {
+    fn samples_max(self) -> usize {
+        match self {
+            Self::Whole => usize::MAX,
+            Self::Newest => SAMPLES_MAX,
+        }
+    }
 }
 
 /// Everything collected so far.
@@ -44,8 +69,8 @@ pub struct Collected {
     pub counts: FrameCounts,
     pub reasons: BTreeMap<String, u64>,
     pub stages: BTreeMap<&'static str, Stage>,
-    pub frame_ms: Vec<f64>,
-    pub frames: Vec<FrameRow>,
+    pub frame_ms: Samples<f64>,
+    pub frames: Samples<FrameRow>,
     pub points: PointFollower,
     /// `None` where somebody else publishes the changes.
     pub stream: Option<StreamMeter>,
@@ -54,26 +79,39 @@ pub struct Collected {
     /// Deformation nodes after the last fused pair.
     pub nodes: u32,
     pub picture: Option<Rgb>,
-    pub error: Option<WorkerError>,
+    pub error: Option<Arc<WorkerError>>,
     front_ms: BTreeMap<u64, f64>,
 }
 
 /// All run times of one stage.
 pub struct Stage {
     pub clock: &'static str,
-    pub ms: Vec<f64>,
+    pub ms: Samples<f64>,
 }
 
 impl Collector {
     /// Collects; with a `stream` it takes the model's changes and publishes them there.
     pub fn new(running: Running, stream: Option<StreamMeter>, truth: PointTruth) -> Self {
+        Self::with_extent((running, stream, truth), Extent::Whole)
+    }
+
+    /// Collects for the report of a session.
+    pub fn of_session() -> Self {
+        Self::with_extent((Running::default(), None, PointTruth::default()), Extent::Newest)
+    }
+
+    fn with_extent(
+        (running, stream, truth): (Running, Option<StreamMeter>, PointTruth),
+        extent: Extent,
+    ) -> Self {
+        let samples_max = extent.samples_max();
         let collected = Collected {
             trajectory: Vec::new(),
             counts: FrameCounts::default(),
             reasons: BTreeMap::new(),
             stages: BTreeMap::new(),
-            frame_ms: Vec::new(),
-            frames: Vec::new(),
+            frame_ms: Samples::new(samples_max),
+            frames: Samples::new(samples_max),
             points: PointFollower::default(),
             stream,
             stamps_ns: None,
@@ -83,7 +121,7 @@ impl Collector {
             error: None,
             front_ms: BTreeMap::new(),
         };
-        Self { running, truth, collected: Mutex::new(collected) }
+        Self { running, truth, extent, collected: Mutex::new(collected) }
     }
 
     /// A pair that does not reach the model, with the reason it is counted under.
@@ -99,13 +137,46 @@ impl Collector {
     }
 }
 
+/// The newest of many values, and how many there were.
+#[derive(Clone, Debug)]
+pub struct Samples<T> {
+    kept: VecDeque<T>,
+    max: usize,
+    total: u64,
+}
+
+impl<T: Clone> Samples<T> {
+    fn new(max: usize) -> Self {
+        Self { kept: VecDeque::new(), max, total: 0 }
+    }
+
+    fn push(&mut self, value: T) {
+        if self.kept.len() >= self.max {
+            self.kept.pop_front();
+        }
+        self.kept.push_back(value);
+        self.total += 1;
+    }
+
+    /// Those that were kept, oldest first.
+    pub fn values(&self) -> Vec<T> {
+        self.kept.iter().cloned().collect()
+    }
+
+    /// All that there were.
+    pub fn total(&self) -> u64 {
+        self.total
+    }
+}
+
 impl Collected {
     fn count_reason(&mut self, reason: &str) {
         *self.reasons.entry(reason.to_string()).or_default() += 1;
     }
 
     fn time(&mut self, name: &'static str, clock: &'static str, ms: f64) {
-        self.stages.entry(name).or_insert_with(|| Stage { clock, ms: Vec::new() }).ms.push(ms);
+        let samples_max = self.frame_ms.max;
+        self.stages.entry(name).or_insert_with(|| Stage { clock, ms: Samples::new(samples_max) }).ms.push(ms);
     }
 }
 
@@ -131,11 +202,16 @@ impl Sink for Collector {
         collected.time("rectify", "cpu", pair.rectify_ms);
         collected.time("tracking", "cpu", pair.tracking_ms);
         collected.front_ms.insert(pair.sequence, pair.rectify_ms + pair.tracking_ms);
+        if self.extent == Extent::Newest && collected.front_ms.len() > PAIRS_UNDER_WAY_MAX {
+            collected.front_ms.pop_first();
+        }
         let first_ns = collected.stamps_ns.map_or(pair.stamp_ns, |(first, _)| first);
         collected.stamps_ns = Some((first_ns, pair.stamp_ns));
         if let Some(world_from_camera) = pair.report.world_from_camera {
             collected.counts.tracked += 1;
-            collected.trajectory.push(StampedPose { stamp_ns: pair.stamp_ns, world_from_camera });
+            if self.extent == Extent::Whole {
+                collected.trajectory.push(StampedPose { stamp_ns: pair.stamp_ns, world_from_camera });
+            }
             if !pair.quality.allows_fusion() {
                 collected.counts.discarded += 1;
                 collected.count_reason(pair.quality.name());
@@ -205,7 +281,15 @@ impl Sink for Collector {
         Ok(())
     }
 
-    fn failed(&self, error: WorkerError) {
+    fn model_lost(&self, why: &str) {
+        tracing::warn!(why, "the model is being rebuilt");
+    }
+
+    fn model_rebuilt(&self, _last_stamp_ns: u64, _model: &mut DenseSlam) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn failed(&self, error: Arc<WorkerError>) {
         unpoisoned(self.collected.lock()).error.get_or_insert(error);
     }
 }

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use dense::Surfel;
 use gpu::Gpu;
 use recording::PairingStatistics;
-use recording::export::{self, PlySurfel};
+use recording::export;
 
 use super::collector::{Collected, Running};
 use super::frames::{self, FrameRow};
@@ -16,6 +15,8 @@ use super::report::{
     quantiles,
 };
 use super::{ReplayError, ReplayOptions, seams};
+use crate::convert;
+use crate::session::engine::EngineResults;
 
 /// What the report says about the run as a whole.
 pub struct Run<'a> {
@@ -38,35 +39,39 @@ pub fn make_directories(options: &ReplayOptions) -> Result<(), ReplayError> {
 /// Writes all results and gives the report back.
 pub fn write(out: &Path, collected: &Collected, run: &Run) -> Result<Report, ReplayError> {
     export::write_tum(&out.join("trajectory.tum"), &collected.trajectory).map_err(ReplayError::Results)?;
-    let surfels: Vec<PlySurfel> = collected.model.iter().map(ply_surfel).collect();
-    export::write_ply(&out.join("model.ply"), &surfels).map_err(ReplayError::Results)?;
     if !collected.points.estimates().is_empty() {
         export::write_points(&out.join("points.csv"), collected.points.estimates())
             .map_err(ReplayError::Results)?;
     }
-    frames::write(&out.join("frames.csv"), &collected.frames)?;
-    if let Some(picture) = &collected.picture {
+    frames::write(&out.join("frames.csv"), &collected.frames.values())?;
+    let results = results(collected, run);
+    write_results(out, &results)?;
+    Ok(results.report)
+}
+
+/// What was collected, in the form of the result files.
+pub fn results(collected: &Collected, run: &Run) -> EngineResults {
+    EngineResults {
+        model: collected.model.iter().map(convert::ply_surfel).collect(),
+        picture: collected.picture.clone(),
+        report: report(collected, run),
+    }
+}
+
+/// Writes model, picture and report.
+pub fn write_results(out: &Path, results: &EngineResults) -> Result<(), ReplayError> {
+    export::write_ply(&out.join("model.ply"), &results.model).map_err(ReplayError::Results)?;
+    if let Some(picture) = &results.picture {
         let file = out.join("model.png");
         write_bytes(&file, &recording::encode_png_rgb(picture).map_err(ReplayError::Results)?.bytes)?;
     }
-    let report = report(collected, run);
-    let text = serde_json::to_string_pretty(&report).expect("a report has string keys and finite numbers");
-    write_bytes(&out.join("report.json"), (text + "\n").as_bytes())?;
-    Ok(report)
+    let text =
+        serde_json::to_string_pretty(&results.report).expect("a report has string keys and finite numbers");
+    write_bytes(&out.join("report.json"), (text + "\n").as_bytes())
 }
 
 fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ReplayError> {
     std::fs::write(path, bytes).map_err(ReplayError::io(path))
-}
-
-fn ply_surfel(surfel: &Surfel) -> PlySurfel {
-    PlySurfel {
-        position: surfel.position,
-        normal: surfel.normal,
-        color: surfel.color,
-        radius_m: surfel.radius_m,
-        confidence: surfel.weight,
-    }
 }
 
 fn report(collected: &Collected, run: &Run) -> Report {
@@ -76,11 +81,11 @@ fn report(collected: &Collected, run: &Run) -> Report {
         frames: frame_counts(collected, run.statistics),
         reasons: reasons(collected, run.statistics),
         stages: collected.stages.iter().map(|(&name, stage)| (name.into(), stage_summary(stage))).collect(),
-        frame_ms: quantiles(&collected.frame_ms),
+        frame_ms: quantiles(&collected.frame_ms.values()),
         wall_s: run.wall.as_secs_f64(),
         surfels: collected.model.len() as u64,
         nodes: u64::from(collected.nodes),
-        back_projection_mm: back_projection(&collected.frames),
+        back_projection_mm: back_projection(&collected.frames.values()),
         color_seam_levels: seams::color_step_levels(&collected.model),
         stream: collected.stream.as_ref().map(|stream| stream.summary(duration_s)),
         peak_memory: PeakMemory {
@@ -115,8 +120,8 @@ fn reasons(collected: &Collected, statistics: &PairingStatistics) -> BTreeMap<St
 }
 
 fn stage_summary(stage: &super::collector::Stage) -> StageSummary {
-    let Quantiles { median, p95 } = quantiles(&stage.ms);
-    StageSummary { runs: stage.ms.len() as u64, median_ms: median, p95_ms: p95, clock: stage.clock }
+    let Quantiles { median, p95 } = quantiles(&stage.ms.values());
+    StageSummary { runs: stage.ms.total(), median_ms: median, p95_ms: p95, clock: stage.clock }
 }
 
 fn back_projection(frames: &[FrameRow]) -> BackProjectionSummary {

@@ -6,12 +6,14 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use dense::DenseError;
-use geometry::GeometryError;
+use geometry::{GeometryError, Pose};
 use gpu::{Gpu, GpuError};
 use recording::{Calibration, PairingStatistics, RecordingError, RecordingReader, StereoMessage};
 
 use crate::config::Config;
+use crate::session::gpu_turns::GpuTurns;
 use crate::session::mailbox::{MailboxSender, Offer, Policy, mailbox};
+use crate::session::shared_gpu::SharedGpu;
 use crate::session::worker::{self, StageConfig, StereoPair, WorkerError, WorkerSetup};
 
 pub(crate) mod collector;
@@ -25,7 +27,7 @@ pub(crate) mod truth;
 
 use collector::{Collector, Running};
 pub use frames::FrameRow;
-pub use report::Report;
+pub use report::{FrameCounts, Report};
 use stream::StreamMeter;
 use truth::PointTruth;
 
@@ -36,6 +38,15 @@ pub enum Pace {
     Max,
     /// By their stamps, as live: what cannot be worked on in time is dropped and counted.
     Realtime,
+}
+
+impl Pace {
+    fn policy(self) -> Policy {
+        match self {
+            Self::Max => Policy::Lossless,
+            Self::Realtime => Policy::NewestWins,
+        }
+    }
 }
 
 /// What to replay, and where the results go.
@@ -72,7 +83,7 @@ pub enum ReplayError {
     },
     /// The reconstruction refused or failed.
     #[error(transparent)]
-    Worker(#[from] WorkerError),
+    Worker(Arc<WorkerError>),
     /// No GPU.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -103,13 +114,11 @@ pub enum ReplayError {
 impl ReplayError {
     /// Whether the input is to blame (exit status 2) rather than the machine.
     pub fn is_bad_input(&self) -> bool {
-        matches!(
-            self,
-            Self::Recording(_)
-                | Self::Calibration(_)
-                | Self::NoPairs { .. }
-                | Self::Worker(WorkerError::Calibration(_) | WorkerError::EyesSwapped)
-        )
+        match self {
+            Self::Recording(_) | Self::Calibration(_) | Self::NoPairs { .. } => true,
+            Self::Worker(error) => matches!(**error, WorkerError::Calibration(_) | WorkerError::EyesSwapped),
+            _ => false,
+        }
     }
 
     fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
@@ -124,6 +133,12 @@ impl ReplayOptions {
             depth_directory: self.save_depth.then(|| self.out.join("depth")),
             views: self.views_every.map(|every| (self.out.join("views"), every)),
         }
+    }
+}
+
+impl From<WorkerError> for ReplayError {
+    fn from(error: WorkerError) -> Self {
+        Self::Worker(Arc::new(error))
     }
 }
 
@@ -144,20 +159,25 @@ pub fn replay(
     let stream = StreamMeter::new(config.publish.lag_limits(), config.dense.fusion.weight_max);
     let truth = PointTruth::load(&reader)?;
     let collector = Arc::new(Collector::new(options.running(), Some(stream), truth));
-    let policy = match options.pace {
-        Pace::Max => Policy::Lossless,
-        Pace::Realtime => Policy::NewestWins,
-    };
     let stages = StageConfig::from(config);
-    let setup = WorkerSetup { stages: &stages, calibration: &calibration, policy };
-    let (sender, receiver) = mailbox(policy, 2);
-    let running = worker::spawn(&setup, Arc::clone(&gpu), receiver, Arc::clone(&collector) as _)?;
+    let turns = GpuTurns::new(Duration::from_secs_f64(config.session.gpu_quantum_ms * 1e-3));
+    let setup = WorkerSetup {
+        stages: &stages,
+        calibration: &calibration,
+        policy: options.pace.policy(),
+        gpu_turns: &turns,
+        history: None,
+        world_from_start: Pose::identity(),
+    };
+    let shared = Arc::new(SharedGpu::new(Arc::clone(&gpu), config.gpu.clone().with_environment()));
+    let (sender, receiver) = mailbox(options.pace.policy(), 2);
+    let running = worker::spawn(&setup, shared, receiver, Arc::clone(&collector) as _)?;
     let statistics = feed(&reader, options.pace, &calibration, &sender, &collector, progress);
     drop(sender);
     running.join();
     let collected = Arc::into_inner(collector).expect("the worker has let go of it").into_collected();
     if let Some(error) = collected.error {
-        return Err(error.into());
+        return Err(ReplayError::Worker(error));
     }
     let statistics = statistics?;
     if collected.counts.tracked + collected.counts.lost == 0 {
@@ -193,11 +213,12 @@ fn feed(
 ) -> Result<PairingStatistics, ReplayError> {
     let mut messages = reader.stereo()?;
     let mut clock = PaceClock::new(pace);
+    let policy = pace.policy();
     let mut number = 0;
     for message in messages.by_ref() {
         let message = message?;
         clock.wait_for(message.stamp_ns);
-        match decode(&message, number, calibration.image_size_px()) {
+        match decode(&message, (number, policy), calibration.image_size_px()) {
             Err(error) => collector.count_drop("malformed_image", &error.to_string()),
             Ok(pair) => match sender.offer(pair) {
                 Offer::Queued => {}
@@ -211,7 +232,11 @@ fn feed(
     Ok(messages.statistics().clone())
 }
 
-fn decode(message: &StereoMessage, sequence: u64, size_px: (u32, u32)) -> Result<StereoPair, RecordingError> {
+fn decode(
+    message: &StereoMessage,
+    (sequence, policy): (u64, Policy),
+    size_px: (u32, u32),
+) -> Result<StereoPair, RecordingError> {
     let mask = message.mask.as_ref().map(|mask| recording::decode_gray(mask, size_px)).transpose()?;
     Ok(StereoPair {
         stamp_ns: message.stamp_ns,
@@ -219,6 +244,7 @@ fn decode(message: &StereoMessage, sequence: u64, size_px: (u32, u32)) -> Result
         left: recording::decode_rgb(&message.left, size_px)?,
         right: recording::decode_rgb(&message.right, size_px)?,
         mask,
+        policy,
     })
 }
 

@@ -2,11 +2,28 @@
 
 use std::sync::Arc;
 
+use geometry::{Pose, Rgb};
 use recording::Calibration;
+use recording::export::PlySurfel;
 
+use super::history::History;
 use super::hub::Hub;
-use super::mailbox::MailboxReceiver;
+use super::mailbox::{MailboxReceiver, Policy};
 use super::worker::StereoPair;
+use crate::replay::Report;
+
+/// What a computation starts from.
+#[derive(Clone, Copy)]
+pub struct EngineStart<'a> {
+    /// The cameras.
+    pub calibration: &'a Calibration,
+    /// Whether the same pairs must give the same map, or tracking must never wait for the mapping.
+    pub policy: Policy,
+    /// Where the first tracked camera is in the world; the identity unless an earlier session is gone on with.
+    pub world_from_start: Pose,
+    /// What a model that is lost with its GPU is rebuilt from, where it is kept.
+    pub history: Option<&'a History>,
+}
 
 /// Starts one computation per session.
 pub trait Engine: Send + Sync + 'static {
@@ -17,7 +34,7 @@ pub trait Engine: Send + Sync + 'static {
     /// [`EngineError`] where the calibration, a configuration or the GPU refuses.
     fn start(
         &self,
-        calibration: &Calibration,
+        start: &EngineStart,
         pairs: MailboxReceiver<StereoPair>,
         hub: Arc<Hub>,
     ) -> Result<Box<dyn RunningEngine>, EngineError>;
@@ -25,8 +42,19 @@ pub trait Engine: Send + Sync + 'static {
 
 /// A running computation.
 pub trait RunningEngine: Send {
-    /// Waits until everything put in has come out.
-    fn join(self: Box<Self>);
+    /// Waits until everything put in has come out; gives what is left behind, if anything.
+    fn join(self: Box<Self>) -> Option<EngineResults>;
+}
+
+/// What a computation leaves behind.
+#[derive(Clone, Debug)]
+pub struct EngineResults {
+    /// The final model, by increasing id.
+    pub model: Vec<PlySurfel>,
+    /// A picture of it.
+    pub picture: Option<Rgb>,
+    /// Counts, times, errors.
+    pub report: Report,
 }
 
 /// Why a computation does not start.

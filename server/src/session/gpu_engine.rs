@@ -1,35 +1,47 @@
 //! The real computation: tracker and dense model, their results put on the session's lanes.
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use dense::DenseSlam;
 use gpu::Gpu;
 use protocol::v1::Reason;
-use recording::Calibration;
+use recording::PairingStatistics;
 
-use super::engine::{Engine, EngineError, RunningEngine};
+use super::engine::{Engine, EngineError, EngineResults, EngineStart, RunningEngine};
+use super::gpu_turns::GpuTurns;
 use super::hub::{Hub, PoseUpdate};
-use super::mailbox::{MailboxReceiver, Policy};
+use super::mailbox::MailboxReceiver;
+use super::shared_gpu::SharedGpu;
 use super::worker::{
     self, FusedPair, Sink, SinkError, StageConfig, StereoPair, TrackedPair, Worker, WorkerError, WorkerSetup,
 };
 use crate::config::Config;
 use crate::convert;
 use crate::publish::{PublishConfig, Throttle};
+use crate::replay::collector::Collector;
+use crate::replay::files::{self, Run};
 
 /// Tracker and dense model on one GPU that all sessions share.
 pub struct GpuEngine {
-    gpu: Arc<Gpu>,
+    gpu: Arc<SharedGpu>,
     stages: StageConfig,
     publish: PublishConfig,
+    turns: Arc<GpuTurns>,
     observer: Option<Arc<dyn Sink>>,
 }
 
 impl GpuEngine {
     /// The configured reconstruction on an open device.
     pub fn new(gpu: Arc<Gpu>, config: &Config) -> Self {
-        Self { gpu, stages: StageConfig::from(config), publish: config.publish.clone(), observer: None }
+        let gpu = SharedGpu::new(gpu, config.gpu.clone().with_environment());
+        Self {
+            gpu: Arc::new(gpu),
+            stages: StageConfig::from(config),
+            publish: config.publish.clone(),
+            turns: GpuTurns::new(Duration::from_secs_f64(config.session.gpu_quantum_ms * 1e-3)),
+            observer: None,
+        }
     }
 
     /// Results also go to `observer`, after they were published.
@@ -42,29 +54,58 @@ impl GpuEngine {
 impl Engine for GpuEngine {
     fn start(
         &self,
-        calibration: &Calibration,
+        start: &EngineStart,
         pairs: MailboxReceiver<StereoPair>,
         hub: Arc<Hub>,
     ) -> Result<Box<dyn RunningEngine>, EngineError> {
-        let setup = WorkerSetup { stages: &self.stages, calibration, policy: Policy::NewestWins };
+        let setup = WorkerSetup {
+            stages: &self.stages,
+            calibration: start.calibration,
+            gpu_turns: &self.turns,
+            world_from_start: start.world_from_start,
+            policy: start.policy,
+            history: start.history,
+        };
+        let collector = Arc::new(Collector::of_session());
         let sink = LiveSink {
             hub: Arc::clone(&hub),
             preview_jpeg_quality: self.publish.preview_jpeg_quality,
             preview: Mutex::new(Throttle::new(self.publish.preview_hz)),
             model: Mutex::new(Throttle::new(self.publish.model_hz)),
             weight_max: self.stages.dense.fusion.weight_max,
-            observer: self.observer.clone(),
+            observers: self.observer.iter().cloned().chain([Arc::clone(&collector) as _]).collect(),
         };
         let worker = worker::spawn(&setup, Arc::clone(&self.gpu), pairs, Arc::new(sink))
             .map_err(|error| EngineError(error.to_string()))?;
         hub.set_camera(convert::camera_to_wire(&worker.rig().left));
-        Ok(Box::new(worker))
+        Ok(Box::new(Running { worker, collector, hub, gpu: Arc::clone(&self.gpu), started: Instant::now() }))
     }
 }
 
-impl RunningEngine for Worker {
-    fn join(self: Box<Self>) {
-        Self::join(*self);
+struct Running {
+    worker: Worker,
+    collector: Arc<Collector>,
+    hub: Arc<Hub>,
+    gpu: Arc<SharedGpu>,
+    started: Instant,
+}
+
+impl RunningEngine for Running {
+    fn join(self: Box<Self>) -> Option<EngineResults> {
+        self.worker.join();
+        let collected = Arc::into_inner(self.collector)?.into_collected();
+        let state = self.hub.snapshot_state();
+        let statistics = PairingStatistics { pairs: state.pairs_received, ..PairingStatistics::default() };
+        let run = Run {
+            gpu: &self.gpu.current(),
+            statistics: &statistics,
+            truncated: false,
+            wall: self.started.elapsed(),
+        };
+        let mut results = files::results(&collected, &run);
+        // The session counts every pair that was left out, wherever that was.
+        results.report.reasons = state.drops.iter().map(|drop| (drop.reason().name(), drop.count)).collect();
+        Some(results)
     }
 }
 
@@ -75,7 +116,7 @@ struct LiveSink {
     preview: Mutex<Throttle>,
     model: Mutex<Throttle>,
     weight_max: f32,
-    observer: Option<Arc<dyn Sink>>,
+    observers: Vec<Arc<dyn Sink>>,
 }
 
 fn admits(throttle: &Mutex<Throttle>) -> bool {
@@ -110,24 +151,25 @@ impl Sink for LiveSink {
             picture: pair.quality.name(),
         });
         if pair.superseded_dense {
-            self.hub.count_drop(Reason::FusionSuperseded);
+            let rebuilding = self.hub.model_is_stale();
+            let reason = if rebuilding { Reason::ModelRebuilding } else { Reason::FusionSuperseded };
+            self.hub.count_drop(reason);
         }
         if admits(&self.preview) {
             self.publish_preview(pair);
         }
-        if let Some(observer) = &self.observer {
-            observer.tracked(pair);
-        }
+        self.observers.iter().for_each(|observer| observer.tracked(pair));
     }
 
     fn fused(&self, pair: &FusedPair, model: &mut DenseSlam) -> Result<(), SinkError> {
-        if pair.report.fused {
-            self.hub.count_fused();
+        match convert::not_fused(pair) {
+            None => self.hub.count_fused(),
+            Some(reason) => self.hub.count_drop(reason),
         }
         if admits(&self.model) {
             self.publish_changes(pair.stamp_ns, model)?;
         }
-        self.observer.as_ref().map_or(Ok(()), |observer| observer.fused(pair, model))
+        self.observers.iter().try_for_each(|observer| observer.fused(pair, model))
     }
 
     fn idle(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
@@ -140,14 +182,27 @@ impl Sink for LiveSink {
 
     fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
         self.publish_changes(last_stamp_ns, model)?;
-        self.observer.as_ref().map_or(Ok(()), |observer| observer.finished(last_stamp_ns, model))
+        self.observers.iter().try_for_each(|observer| observer.finished(last_stamp_ns, model))
     }
 
-    fn failed(&self, error: WorkerError) {
+    fn model_lost(&self, why: &str) {
+        tracing::error!(session = %self.hub.id(), why, "the model is lost and is being rebuilt");
+        self.hub.raise_alarm(&format!("the model was lost and rebuilt from the journal: {why}"));
+        self.hub.set_model_stale(true);
+        self.observers.iter().for_each(|observer| observer.model_lost(why));
+    }
+
+    fn model_rebuilt(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
+        // The surfels of the new model have ids of their own.
+        self.hub.model.clear()?;
+        self.publish_changes(last_stamp_ns, model)?;
+        self.hub.set_model_stale(false);
+        self.observers.iter().try_for_each(|observer| observer.model_rebuilt(last_stamp_ns, model))
+    }
+
+    fn failed(&self, error: Arc<WorkerError>) {
         tracing::error!(session = %self.hub.id(), %error, "the reconstruction failed");
         self.hub.fail(error.to_string());
-        if let Some(observer) = &self.observer {
-            observer.failed(error);
-        }
+        self.observers.iter().for_each(|observer| observer.failed(Arc::clone(&error)));
     }
 }

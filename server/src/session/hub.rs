@@ -5,22 +5,29 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use geometry::trajectory::StampedPose;
 use protocol::v1::{
-    Camera, EncodedImage, Pose, PreviewImage, Reason, RigidTransform, SessionState, SessionStatus,
-    StereoPair, TrackingOutcome, from_server,
+    Camera, EncodedImage, Pose, PreviewImage, Reason, ReplayPosition, RigidTransform, SessionState,
+    SessionStatus, StereoPair, TrackingOutcome, from_server,
 };
 use protocol::{Bytes, ProtocolError, SessionId};
 use tokio::sync::{broadcast, watch};
 
 use super::SessionConfig;
 use super::intake::{Intake, Rejection};
-use super::lifecycle::{Event, Lifecycle, SourceBusy, SourceId};
+use super::journal::{Entry, JournalInlet};
+use super::lifecycle::{Claim, Event, Lifecycle, SourceBusy, SourceId};
+use super::mailbox::{Offer, Policy};
 use super::tally::{Arrivals, Drops, Meter};
+use crate::convert;
 use crate::publish::PublishConfig;
 use crate::publish::model_lane::{ModelLane, ModelUpdate};
 
 /// Refusals that wait for a slow cart; older ones are forgotten, the counts stay.
 const REFUSALS_WAITING_MAX: usize = 64;
+
+/// Alarms kept; what comes after so many says nothing new.
+const ALARMS_MAX: usize = 8;
 
 /// What the tracker found in one pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +51,10 @@ pub struct PoseUpdate {
 /// One session's shared part.
 pub struct Hub {
     id: SessionId,
+    takeover_token: String,
     facts: Mutex<Facts>,
+    /// Where what comes and what is found is written down, while it is.
+    journal: Mutex<Option<JournalInlet>>,
     /// Newest pose.
     pub pose: watch::Sender<Option<Bytes>>,
     /// Newest state.
@@ -76,11 +86,20 @@ struct Facts {
     picture: &'static str,
     /// The rectified left camera.
     camera: Option<Camera>,
+    model_stale: bool,
+    recording: bool,
+    alarms: Vec<String>,
+    replay: Option<ReplayPosition>,
 }
 
 impl Hub {
     /// A session that waits for its cart.
-    pub fn new(id: SessionId, size_px: (u32, u32), session: &SessionConfig, publish: &PublishConfig) -> Self {
+    pub fn new(
+        id: SessionId,
+        takeover_token: String,
+        size_px: (u32, u32),
+        (session, publish): (&SessionConfig, &PublishConfig),
+    ) -> Self {
         let stamp_lead_max = Duration::from_secs_f64(session.stamp_lead_max_s);
         let facts = Facts {
             lifecycle: Lifecycle::new(session, Instant::now()),
@@ -96,10 +115,16 @@ impl Hub {
             tracking: TrackingOutcome::Unspecified,
             picture: "",
             camera: None,
+            model_stale: false,
+            recording: false,
+            alarms: Vec::new(),
+            replay: None,
         };
         let hub = Self {
             id,
+            takeover_token,
             facts: Mutex::new(facts),
+            journal: Mutex::new(None),
             pose: watch::Sender::new(None),
             state: watch::Sender::new(None),
             preview: watch::Sender::new(None),
@@ -120,12 +145,19 @@ impl Hub {
         self.facts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A cart starts to feed the session.
+    /// With it a cart may take the session over from another one.
+    pub fn takeover_token(&self) -> &str {
+        &self.takeover_token
+    }
+
+    /// A source starts to feed the session; `presented` is the takeover token that it has, or an empty text.
     ///
     /// # Errors
     /// [`SourceBusy`] while another one does.
-    pub fn join(&self, source: SourceId) -> Result<(), SourceBusy> {
-        self.facts().lifecycle.join(source, Instant::now())?;
+    pub fn join(&self, source: SourceId, presented: &str) -> Result<(), SourceBusy> {
+        let claim =
+            if same_secret(presented, &self.takeover_token) { Claim::Takeover } else { Claim::Polite };
+        self.facts().lifecycle.join(source, claim, Instant::now())?;
         self.publish_state();
         Ok(())
     }
@@ -175,10 +207,11 @@ impl Hub {
         let admitted = {
             let mut facts = self.facts();
             if !facts.lifecycle.is_fed_by(source) {
-                return Err(SourceBusy.into());
+                let text = "this cart does not feed the session any more";
+                return Err(Rejection::new(Reason::TakenOver, text));
             }
             facts.received.count(now);
-            let admitted = facts.intake.admit(pair, now);
+            let admitted = facts.intake.admit(pair, source.origin(), now);
             if admitted.is_ok() {
                 facts.arrivals.note(pair.stamp_ns, now);
                 facts.pair_at = Some(now);
@@ -208,6 +241,70 @@ impl Hub {
     fn count_unusable(&self, reason: Reason) {
         self.facts().drops.count(reason);
         self.happen(Event::PairUnusable(reason));
+    }
+
+    /// The pairs come from another place of a recording, or another one: the model starts anew.
+    ///
+    /// # Errors
+    /// As [`ModelLane::clear`].
+    pub fn restart(&self, size_px: (u32, u32)) -> Result<(), ProtocolError> {
+        self.facts().intake.restart(size_px);
+        self.model.clear()?;
+        self.happen(Event::Calibrated);
+        Ok(())
+    }
+
+    /// What comes and what is found is written down from now on, or not any more.
+    pub fn set_journal(&self, journal: Option<JournalInlet>) {
+        *self.journal.lock().unwrap_or_else(PoisonError::into_inner) = journal;
+    }
+
+    /// Writes something down where there is a journal; waits for the disk only under [`Policy::Lossless`].
+    pub fn write_down(&self, policy: Policy, entry: Entry) {
+        let journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let offer = journal.map(|journal| journal.offer_by(policy, entry));
+        if offer == Some(Offer::Superseded) {
+            self.count_drop(Reason::NotRecorded);
+        }
+    }
+
+    /// Whether what is written down will be kept.
+    pub fn set_recording(&self, recording: bool) {
+        self.facts().recording = recording;
+    }
+
+    /// The journal has ended before the session.
+    pub fn recording_failed(&self, text: &str) {
+        self.set_journal(None);
+        self.set_recording(false);
+        self.raise_alarm(text);
+    }
+
+    /// Says what somebody should look after although the session goes on.
+    pub fn raise_alarm(&self, text: &str) {
+        {
+            let alarms = &mut self.facts().alarms;
+            if alarms.len() < ALARMS_MAX && !alarms.iter().any(|known| known == text) {
+                alarms.push(text.to_owned());
+            }
+        }
+        self.publish_state();
+    }
+
+    /// Whether the model has stopped to follow the poses, as after the loss of the GPU.
+    pub fn set_model_stale(&self, stale: bool) {
+        self.facts().model_stale = stale;
+        self.publish_state();
+    }
+
+    /// Whether the model has stopped to follow the poses.
+    pub fn model_is_stale(&self) -> bool {
+        self.facts().model_stale
+    }
+
+    /// Where the replay is.
+    pub fn set_replay(&self, position: ReplayPosition) {
+        self.facts().replay = Some(position);
     }
 
     /// The images have another size from now on, and the model starts anew.
@@ -255,6 +352,10 @@ impl Hub {
             latency_ms: milliseconds(latency),
         };
         self.pose.send_replace(Some(protocol::from_server(from_server::Body::Pose(pose))));
+        if let Some(world_from_camera) = update.world_from_camera.as_ref().and_then(convert::pose_from_wire) {
+            let pose = StampedPose { stamp_ns: update.stamp_ns, world_from_camera };
+            self.write_down(Policy::NewestWins, Entry::Pose(pose));
+        }
     }
 
     /// Publishes a left image.
@@ -311,6 +412,10 @@ impl Hub {
             viewers: viewers as u32,
             picture: facts.picture.to_owned(),
             camera: facts.camera,
+            model_stale: facts.model_stale,
+            alarms: facts.alarms.clone(),
+            recording: facts.recording,
+            replay: facts.replay.clone(),
         }
     }
 
@@ -319,6 +424,12 @@ impl Hub {
         let state = from_server::Body::State(self.snapshot_state());
         self.state.send_replace(Some(protocol::from_server(state)));
     }
+}
+
+/// Takes the same time wherever two texts of one length differ.
+fn same_secret(presented: &str, secret: &str) -> bool {
+    let differing = presented.bytes().zip(secret.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
+    presented.len() == secret.len() && !secret.is_empty() && differing == 0
 }
 
 fn milliseconds(duration: Duration) -> f32 {

@@ -4,6 +4,7 @@
 
 use std::time::{Duration, Instant};
 
+use protocol::SessionId;
 use protocol::v1::{EncodedImage, Reason, StereoPair};
 
 use super::lifecycle::SourceBusy;
@@ -23,6 +24,11 @@ impl Rejection {
     pub fn new(reason: Reason, text: impl Into<String>) -> Self {
         Self { reason, text: text.into() }
     }
+
+    /// There is no such session, or the caller may not know of it: no difference is told.
+    pub fn unknown_session(id: &SessionId) -> Self {
+        Self::new(Reason::UnknownSession, format!("no session {id}"))
+    }
 }
 
 impl From<SourceBusy> for Rejection {
@@ -37,13 +43,36 @@ pub struct Intake {
     size_px: (u32, u32),
     stamp_lead_max: Duration,
     format: Option<i32>,
-    newest: Option<(u64, Instant)>,
+    newest: Option<Newest>,
+}
+
+/// The newest pair taken.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    stamp_ns: u64,
+    /// When it came; `None` where it was found in a recording, whose clock is not this machine's.
+    at: Option<Instant>,
+}
+
+/// Where a pair comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// From a cart: its stamps run as time does.
+    Live,
+    /// From a recording: at any pace.
+    Stored,
 }
 
 impl Intake {
     /// Takes pairs of images of this size.
     pub fn new(size_px: (u32, u32), stamp_lead_max: Duration) -> Self {
         Self { size_px, stamp_lead_max, format: None, newest: None }
+    }
+
+    /// Another recording, or another place in it: all may change.
+    pub fn restart(&mut self, size_px: (u32, u32)) {
+        self.recalibrate(size_px);
+        self.newest = None;
     }
 
     /// A new calibration: size and format may change, time may not go back.
@@ -56,16 +85,17 @@ impl Intake {
     ///
     /// # Errors
     /// [`Rejection`] with the reason; nothing is then remembered of the pair.
-    pub fn admit(&mut self, pair: &StereoPair, now: Instant) -> Result<(), Rejection> {
+    pub fn admit(&mut self, pair: &StereoPair, origin: Origin, now: Instant) -> Result<(), Rejection> {
         let (left, right) = both_eyes(pair)?;
         self.check_image("left", left)?;
         self.check_image("right", right)?;
         if let Some(mask) = &pair.mask {
             self.check_size("mask", mask)?;
         }
-        self.check_stamp(pair.stamp_ns, now)?;
+        self.check_stamp(pair.stamp_ns, origin, now)?;
         self.format = Some(left.format);
-        self.newest = Some((pair.stamp_ns, now));
+        let at = (origin == Origin::Live).then_some(now);
+        self.newest = Some(Newest { stamp_ns: pair.stamp_ns, at });
         Ok(())
     }
 
@@ -96,9 +126,12 @@ impl Intake {
         ))
     }
 
-    fn check_stamp(&self, stamp_ns: u64, now: Instant) -> Result<(), Rejection> {
-        let Some((newest_ns, at)) = self.newest else { return Ok(()) };
-        let allowed = now.duration_since(at).saturating_add(self.stamp_lead_max);
+    fn check_stamp(&self, stamp_ns: u64, origin: Origin, now: Instant) -> Result<(), Rejection> {
+        let Some(Newest { stamp_ns: newest_ns, at }) = self.newest else { return Ok(()) };
+        let allowed = match at {
+            Some(at) if origin == Origin::Live => now.duration_since(at).saturating_add(self.stamp_lead_max),
+            _ => Duration::MAX,
+        };
         let lead = Duration::from_nanos(stamp_ns.saturating_sub(newest_ns));
         let text = |what: &str| format!("stamp {stamp_ns} ns {what} the newest one, {newest_ns} ns");
         match stamp_ns.cmp(&newest_ns) {
@@ -163,64 +196,79 @@ mod tests {
     fn stamps_that_go_forward_are_taken() {
         let (mut intake, now) = (intake(), Instant::now());
         for stamp_ns in [5, 6, 9_000_000_000] {
-            assert_eq!(intake.admit(&pair(stamp_ns), now), Ok(()));
+            assert_eq!(intake.admit(&pair(stamp_ns), Origin::Live, now), Ok(()));
         }
     }
 
     #[test]
     fn time_never_goes_back_nor_stands_still() {
         let (mut intake, now) = (intake(), Instant::now());
-        intake.admit(&pair(100), now).unwrap();
-        assert_eq!(reason(intake.admit(&pair(99), now)), Reason::StaleStamp);
-        assert_eq!(reason(intake.admit(&pair(100), now)), Reason::DuplicateStamp);
-        assert_eq!(intake.admit(&pair(101), now), Ok(()));
+        intake.admit(&pair(100), Origin::Live, now).unwrap();
+        assert_eq!(reason(intake.admit(&pair(99), Origin::Live, now)), Reason::StaleStamp);
+        assert_eq!(reason(intake.admit(&pair(100), Origin::Live, now)), Reason::DuplicateStamp);
+        assert_eq!(intake.admit(&pair(101), Origin::Live, now), Ok(()));
     }
 
     #[test]
     fn a_stamp_from_the_future_does_not_shut_out_those_after_it() {
         let (mut intake, now) = (intake(), Instant::now());
-        intake.admit(&pair(0), now).unwrap();
-        assert_eq!(reason(intake.admit(&pair(u64::MAX), now)), Reason::FutureStamp);
-        assert_eq!(intake.admit(&pair(1), now), Ok(()));
+        intake.admit(&pair(0), Origin::Live, now).unwrap();
+        assert_eq!(reason(intake.admit(&pair(u64::MAX), Origin::Live, now)), Reason::FutureStamp);
+        assert_eq!(intake.admit(&pair(1), Origin::Live, now), Ok(()));
     }
 
     #[test]
     fn a_pause_of_the_cart_is_no_jump_into_the_future() {
         let (mut intake, now) = (intake(), Instant::now());
-        intake.admit(&pair(0), now).unwrap();
-        assert_eq!(intake.admit(&pair(60_000_000_000), now + Duration::from_secs(55)), Ok(()));
+        intake.admit(&pair(0), Origin::Live, now).unwrap();
+        assert_eq!(intake.admit(&pair(60_000_000_000), Origin::Live, now + Duration::from_secs(55)), Ok(()));
+    }
+
+    #[test]
+    fn a_recording_has_its_own_clock_and_a_cart_may_go_on_after_it() {
+        let (mut intake, now) = (intake(), Instant::now());
+        for stamp_ns in [0, 60_000_000_000] {
+            assert_eq!(intake.admit(&pair(stamp_ns), Origin::Stored, now), Ok(()));
+        }
+        assert_eq!(intake.admit(&pair(3_600_000_000_000), Origin::Live, now), Ok(()));
+        assert_eq!(reason(intake.admit(&pair(1), Origin::Live, now)), Reason::StaleStamp);
+        intake.restart((64, 48));
+        assert_eq!(intake.admit(&pair(1), Origin::Stored, now), Ok(()));
     }
 
     #[test]
     fn one_eye_is_not_enough() {
         let (mut intake, now) = (intake(), Instant::now());
-        let rejection = intake.admit(&StereoPair { right: None, ..pair(1) }, now).unwrap_err();
+        let rejection = intake.admit(&StereoPair { right: None, ..pair(1) }, Origin::Live, now).unwrap_err();
         assert_eq!(
             (rejection.reason, rejection.text.as_str()),
             (Reason::Unpaired, "the right image is missing")
         );
         let empty = EncodedImage { data: Vec::new().into(), ..image(64, 48) };
-        assert_eq!(reason(intake.admit(&StereoPair { left: Some(empty), ..pair(1) }, now)), Reason::Unpaired);
+        assert_eq!(
+            reason(intake.admit(&StereoPair { left: Some(empty), ..pair(1) }, Origin::Live, now)),
+            Reason::Unpaired
+        );
     }
 
     #[test]
     fn another_size_is_refused_with_both_sizes_until_a_new_calibration() {
         let (mut intake, now) = (intake(), Instant::now());
         let larger = StereoPair { left: Some(image(65, 48)), right: Some(image(65, 48)), ..pair(1) };
-        let rejection = intake.admit(&larger, now).unwrap_err();
+        let rejection = intake.admit(&larger, Origin::Live, now).unwrap_err();
         assert_eq!(rejection.text, "left image: expected 64x48, got 65x48");
         intake.recalibrate((65, 48));
-        assert_eq!(intake.admit(&larger, now), Ok(()));
+        assert_eq!(intake.admit(&larger, Origin::Live, now), Ok(()));
     }
 
     #[test]
     fn another_format_is_refused_until_a_new_calibration() {
         let (mut intake, now) = (intake(), Instant::now());
-        intake.admit(&pair(1), now).unwrap();
+        intake.admit(&pair(1), Origin::Live, now).unwrap();
         let png = || Some(EncodedImage { format: ImageFormat::Png.into(), ..image(64, 48) });
         let changed = StereoPair { left: png(), right: png(), ..pair(2) };
-        assert_eq!(reason(intake.admit(&changed, now)), Reason::ImageFormatChanged);
+        assert_eq!(reason(intake.admit(&changed, Origin::Live, now)), Reason::ImageFormatChanged);
         intake.recalibrate((64, 48));
-        assert_eq!(intake.admit(&changed, now), Ok(()));
+        assert_eq!(intake.admit(&changed, Origin::Live, now), Ok(()));
     }
 }

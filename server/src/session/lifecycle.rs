@@ -7,6 +7,7 @@ use protocol::SessionId;
 use protocol::v1::{Reason, SessionStatus};
 
 use super::SessionConfig;
+use super::intake::Origin;
 
 /// Time over which unusable pairs are counted.
 const DEGRADED_WINDOW: Duration = Duration::from_secs(1);
@@ -18,6 +19,20 @@ pub enum SourceId {
     WebSocket(u64),
     /// A cart on zenoh, by the name that it gave itself.
     Zenoh(SessionId),
+    /// A stored recording that is replayed.
+    Replay,
+    /// The session's own journal, after a crash of the server.
+    Journal,
+}
+
+impl SourceId {
+    /// Whether its pairs come from the network or from the disk.
+    pub fn origin(&self) -> Origin {
+        match self {
+            Self::WebSocket(_) | Self::Zenoh(_) => Origin::Live,
+            Self::Replay | Self::Journal => Origin::Stored,
+        }
+    }
 }
 
 /// What a session is told.
@@ -25,6 +40,8 @@ pub enum SourceId {
 pub enum Event {
     /// A pair was taken.
     PairTaken,
+    /// The source is there and has a reason to send nothing: a replay is paused.
+    SourceResting,
     /// A pair came and could not be used.
     PairUnusable(Reason),
     /// A source is gone; another one than the present is ignored.
@@ -39,10 +56,25 @@ pub enum Event {
     Tick,
 }
 
-/// Another cart feeds the session.
+/// Another source feeds the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("another cart feeds this session")]
-pub struct SourceBusy;
+pub enum SourceBusy {
+    /// A cart, or a recording.
+    #[error("another cart feeds this session")]
+    Fed,
+    /// After a crash of the server the session is being recovered from its journal.
+    #[error("this session is being recovered; try again soon")]
+    Recovering,
+}
+
+/// How firmly a source asks to feed a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Claim {
+    /// It gives way to one that is there.
+    Polite,
+    /// It has presented the takeover token.
+    Takeover,
+}
 
 /// The facts about a session and the status that follows from them.
 #[derive(Debug)]
@@ -110,10 +142,15 @@ impl Lifecycle {
     ///
     /// # Errors
     /// [`SourceBusy`].
-    pub fn join(&mut self, source: SourceId, now: Instant) -> Result<(), SourceBusy> {
+    pub fn join(&mut self, source: SourceId, claim: Claim, now: Instant) -> Result<(), SourceBusy> {
         let silent = now.duration_since(self.heard_at) > self.config.source_silence();
-        if self.source.as_ref().is_some_and(|present| *present != source) && !silent {
-            return Err(SourceBusy);
+        match &self.source {
+            Some(SourceId::Journal) if source != SourceId::Journal => return Err(SourceBusy::Recovering),
+            Some(SourceId::Replay) if source != SourceId::Replay => return Err(SourceBusy::Fed),
+            Some(present) if *present != source && !silent && claim == Claim::Polite => {
+                return Err(SourceBusy::Fed);
+            }
+            _ => {}
         }
         self.source = Some(source);
         self.heard_at = now;
@@ -128,6 +165,7 @@ impl Lifecycle {
                 self.heard_at = now;
                 self.fed = true;
             }
+            Event::SourceResting => self.heard_at = now,
             Event::PairUnusable(reason) => self.note_unusable(reason, now),
             Event::SourceLeft(source) if self.source.as_ref() == Some(&source) => self.source = None,
             Event::SourceLeft(_) | Event::Tick => {}
@@ -171,6 +209,9 @@ impl Lifecycle {
         }
         let silence = now.duration_since(self.heard_at);
         match (&self.source, self.fed) {
+            (Some(SourceId::Journal), _) => {
+                (SessionStatus::Recovering, "the journal is worked through after a crash".into())
+            }
             (None, false) => (SessionStatus::Waiting, "no cart yet".into()),
             (None, true) => (SessionStatus::SourceLost, "the cart is gone; the model is held".into()),
             (Some(_), false) if self.unusable_at.is_empty() => {
@@ -213,6 +254,7 @@ mod tests {
     fn config() -> SessionConfig {
         SessionConfig {
             sessions_max: 4,
+            gpu_quantum_ms: 10.0,
             ttl_s: 600.0,
             source_silence_s: 2.0,
             stamp_lead_max_s: 10.0,
@@ -227,7 +269,7 @@ mod tests {
     fn live() -> (Lifecycle, Clock) {
         let mut clock = Clock(Instant::now());
         let mut session = Lifecycle::new(&config(), clock.0);
-        session.join(cart("a"), clock.after(0.1)).unwrap();
+        session.join(cart("a"), Claim::Polite, clock.after(0.1)).unwrap();
         session.handle(Event::PairTaken, clock.after(0.1));
         (session, clock)
     }
@@ -237,7 +279,7 @@ mod tests {
         let mut clock = Clock(Instant::now());
         let mut session = Lifecycle::new(&config(), clock.0);
         assert_eq!(session.status(), SessionStatus::Waiting);
-        session.join(cart("a"), clock.after(1.0)).unwrap();
+        session.join(cart("a"), Claim::Polite, clock.after(1.0)).unwrap();
         assert_eq!(session.status(), SessionStatus::Waiting);
         assert!(session.handle(Event::PairTaken, clock.after(1.0)));
         assert_eq!((session.status(), session.text()), (SessionStatus::Live, ""));
@@ -248,7 +290,7 @@ mod tests {
         let (mut session, mut clock) = live();
         assert!(session.handle(Event::SourceLeft(cart("a")), clock.after(0.0)));
         assert_eq!(session.status(), SessionStatus::SourceLost);
-        session.join(cart("b"), clock.after(5.0)).unwrap();
+        session.join(cart("b"), Claim::Polite, clock.after(5.0)).unwrap();
         session.handle(Event::PairTaken, clock.after(0.1));
         assert_eq!(session.status(), SessionStatus::Live);
     }
@@ -256,9 +298,40 @@ mod tests {
     #[test]
     fn a_second_cart_is_refused_while_the_first_sends() {
         let (mut session, mut clock) = live();
-        assert_eq!(session.join(cart("b"), clock.after(0.5)), Err(SourceBusy));
+        assert_eq!(session.join(cart("b"), Claim::Polite, clock.after(0.5)), Err(SourceBusy::Fed));
         assert!(session.is_fed_by(&cart("a")));
-        assert_eq!(session.join(cart("a"), clock.after(0.0)), Ok(()));
+        assert_eq!(session.join(cart("a"), Claim::Polite, clock.after(0.0)), Ok(()));
+    }
+
+    #[test]
+    fn a_takeover_puts_the_first_cart_out_and_its_leaving_changes_nothing() {
+        let (mut session, mut clock) = live();
+        assert_eq!(session.join(cart("b"), Claim::Takeover, clock.after(0.1)), Ok(()));
+        session.handle(Event::SourceLeft(cart("a")), clock.after(0.1));
+        assert!(session.is_fed_by(&cart("b")));
+    }
+
+    #[test]
+    fn nobody_feeds_a_session_that_is_recovered_or_replays() {
+        let mut clock = Clock(Instant::now());
+        let mut session = Lifecycle::new(&config(), clock.0);
+        session.join(SourceId::Journal, Claim::Polite, clock.after(0.1)).unwrap();
+        assert_eq!(session.status(), SessionStatus::Recovering);
+        let refused = session.join(cart("a"), Claim::Takeover, clock.after(60.0));
+        assert_eq!(refused, Err(SourceBusy::Recovering));
+        session.handle(Event::SourceLeft(SourceId::Journal), clock.after(0.1));
+        session.join(SourceId::Replay, Claim::Polite, clock.after(0.1)).unwrap();
+        assert_eq!(session.join(cart("a"), Claim::Takeover, clock.after(60.0)), Err(SourceBusy::Fed));
+    }
+
+    #[test]
+    fn a_paused_replay_is_no_lost_source() {
+        let mut clock = Clock(Instant::now());
+        let mut session = Lifecycle::new(&config(), clock.0);
+        session.join(SourceId::Replay, Claim::Polite, clock.after(0.1)).unwrap();
+        session.handle(Event::PairTaken, clock.after(0.1));
+        session.handle(Event::SourceResting, clock.after(3.0));
+        assert_eq!(session.status(), SessionStatus::Live);
     }
 
     #[test]
@@ -266,7 +339,7 @@ mod tests {
         let (mut session, mut clock) = live();
         assert!(session.handle(Event::Tick, clock.after(2.1)));
         assert_eq!(session.status(), SessionStatus::SourceLost);
-        session.join(cart("b"), clock.after(0.1)).unwrap();
+        session.join(cart("b"), Claim::Polite, clock.after(0.1)).unwrap();
         session.handle(Event::SourceLeft(cart("a")), clock.after(0.1));
         assert!(session.is_fed_by(&cart("b")));
     }

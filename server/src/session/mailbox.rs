@@ -72,12 +72,17 @@ pub struct MailboxSender<T> {
 }
 
 impl<T> MailboxSender<T> {
-    /// Puts a value in; waits for room only under [`Policy::Lossless`].
+    /// Puts a value in by the mailbox's own policy.
     pub fn offer(&self, value: T) -> Offer {
+        self.offer_by(self.shared.policy, value)
+    }
+
+    /// Puts a value in; waits for room only under [`Policy::Lossless`].
+    pub fn offer_by(&self, policy: Policy, value: T) -> Offer {
         let mut state = self.shared.lock();
         let mut offer = Offer::Queued;
         while state.receiving && state.waiting.len() >= self.shared.capacity {
-            match self.shared.policy {
+            match policy {
                 Policy::NewestWins => {
                     state.waiting.pop_front();
                     offer = Offer::Superseded;
@@ -196,6 +201,15 @@ mod tests {
         assert_eq!(receiver.take_within(Duration::ZERO), Taken::Value(3));
         drop(sender);
         assert_eq!(receiver.take_within(Duration::from_secs(60)), Taken::Closed);
+    }
+
+    #[test]
+    fn a_value_that_must_not_be_lost_waits_in_a_mailbox_of_newest_wins() {
+        let (sender, receiver) = mailbox(Policy::NewestWins, 1);
+        sender.offer(1);
+        let patient = std::thread::spawn(move || sender.offer_by(Policy::Lossless, 2));
+        assert_eq!((receiver.take(), receiver.take()), (Some(1), Some(2)));
+        assert_eq!(patient.join().unwrap(), Offer::Queued);
     }
 
     #[test]

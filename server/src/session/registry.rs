@@ -4,22 +4,28 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use geometry::GeometryError;
 use geometry::validate::RigLimits;
 use protocol::SessionId;
 use protocol::v1::{Calibration, Reason, SessionStatus};
+use recording::{Calibration as Cameras, RecordingConfig};
 use tokio::sync::watch;
 
 use super::SessionConfig;
 use super::engine::Engine;
 use super::hub::Hub;
 use super::intake::Rejection;
-use super::lifecycle::Event;
-use super::live::Session;
+use super::lifecycle::{Event, SourceId};
+use super::live::{RunStart, Session, SessionOptions, SessionParts};
+use super::mailbox::Policy;
+use super::recovery::LeftJournal;
+use super::replay_source::{ReplayControl, ReplaySource};
 use crate::convert;
 use crate::publish::PublishConfig;
+use crate::storage::{Run, Storage};
 
-/// Random bits of an id that the server makes.
-const ID_BYTES: usize = 12;
+/// Random bytes of an id or token that the server makes.
+const RANDOM_BYTES: usize = 16;
 
 /// What the registry is made from.
 #[derive(Clone, Debug)]
@@ -30,12 +36,42 @@ pub struct RegistryConfig {
     pub publish: PublishConfig,
     /// Which calibrations are believed.
     pub rig: RigLimits,
+    /// Format and topics of journals and recordings.
+    pub recording: RecordingConfig,
+}
+
+/// A session that somebody wants.
+#[derive(Clone, Debug)]
+pub struct Opening {
+    /// Its id; the server makes one where none is wanted.
+    pub id: Option<SessionId>,
+    /// Whether its recording is kept.
+    pub record: bool,
+    /// Where its pairs come from.
+    pub feed: FeedWanted,
+}
+
+/// Where a session's pairs come from.
+#[derive(Clone, Debug)]
+pub enum FeedWanted {
+    /// From a cart with these cameras.
+    Cart(Box<Calibration>),
+    /// From a stored recording.
+    Replay {
+        /// Its name.
+        recording: String,
+        /// Times the recorded pace; 0: as fast as pairs are taken.
+        rate: f64,
+        /// Whether it waits before its first pair.
+        paused: bool,
+    },
 }
 
 /// The open sessions.
 pub struct Registry {
     config: RegistryConfig,
     engine: Arc<dyn Engine>,
+    storage: Option<Arc<Storage>>,
     sessions: Mutex<BTreeMap<SessionId, Arc<Session>>>,
     /// One reconstruction is built at a time, so that no limit is passed by two at once.
     opening: Mutex<()>,
@@ -46,10 +82,11 @@ pub struct Registry {
 
 impl Registry {
     /// No session yet.
-    pub fn new(config: RegistryConfig, engine: Arc<dyn Engine>) -> Self {
+    pub fn new(config: RegistryConfig, engine: Arc<dyn Engine>, storage: Option<Arc<Storage>>) -> Self {
         Self {
             config,
             engine,
+            storage,
             sessions: Mutex::default(),
             opening: Mutex::default(),
             draining: AtomicBool::new(false),
@@ -57,26 +94,90 @@ impl Registry {
         }
     }
 
+    /// What is kept on the disk; `None` where nothing is.
+    pub fn storage(&self) -> Option<&Arc<Storage>> {
+        self.storage.as_ref()
+    }
+
+    /// Format and topics of recordings.
+    pub fn recording_config(&self) -> &RecordingConfig {
+        &self.config.recording
+    }
+
     fn sessions(&self) -> MutexGuard<'_, BTreeMap<SessionId, Arc<Session>>> {
         self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Opens a session; makes an id where none is wanted. Blocks while the reconstruction is built.
+    /// Opens a session. Blocks while the reconstruction is built.
     ///
     /// # Errors
-    /// [`Rejection`]: draining, full, the id is taken, or the calibration cannot be used.
-    pub fn open(
-        &self,
-        wanted: Option<SessionId>,
-        calibration: &Calibration,
-    ) -> Result<Arc<Session>, Rejection> {
+    /// [`Rejection`]: draining, full, the id is taken, or the calibration or recording cannot be used.
+    pub fn open(&self, opening: &Opening) -> Result<Arc<Session>, Rejection> {
         let _one_at_a_time = self.opening.lock().unwrap_or_else(PoisonError::into_inner);
-        let id = wanted.map_or_else(random_id, Ok)?;
+        let id = opening.id.clone().map_or_else(random_id, Ok)?;
         self.check_room(&id)?;
-        let calibration = convert::calibration_from_wire(calibration, &self.config.rig)?;
-        let hub =
-            Hub::new(id.clone(), calibration.image_size_px(), &self.config.session, &self.config.publish);
-        let session = Session::start(hub, Arc::clone(&self.engine), &calibration)
+        match &opening.feed {
+            FeedWanted::Cart(calibration) => {
+                let cameras = convert::calibration_from_wire(calibration, &self.config.rig)?;
+                let options =
+                    SessionOptions { record: self.keeps(opening), policy: Policy::NewestWins, inputs: true };
+                let hub = self.hub(&id, random_text()?, &cameras);
+                self.start(hub, options, (&cameras, RunStart::New))
+            }
+            FeedWanted::Replay { recording, rate, paused } => {
+                let policy = if *rate == 0.0 { Policy::Lossless } else { Policy::NewestWins };
+                let options = SessionOptions { record: self.keeps(opening), policy, inputs: false };
+                self.open_replay(&id, options, recording, ReplayControl::new(*rate, *paused))
+            }
+        }
+    }
+
+    fn keeps(&self, opening: &Opening) -> bool {
+        opening.record || self.storage.as_ref().is_some_and(|storage| storage.config().record_all)
+    }
+
+    fn open_replay(
+        &self,
+        id: &SessionId,
+        options: SessionOptions,
+        name: &str,
+        control: Arc<ReplayControl>,
+    ) -> Result<Arc<Session>, Rejection> {
+        let unknown = || Rejection::new(Reason::UnknownRecording, format!("no recording {name}"));
+        let path = self.storage.as_ref().and_then(|storage| storage.recording(name)).ok_or_else(unknown)?;
+        let source = ReplaySource::open(name, &path, &self.config.recording)
+            .map_err(|error| Rejection::new(Reason::InvalidRecording, error.to_string()))?;
+        let cameras = *source.calibration();
+        check_cameras(&cameras, &self.config.rig)
+            .map_err(|error| Rejection::new(Reason::InvalidCalibration, error.to_string()))?;
+        let hub = self.hub(id, random_text()?, &cameras);
+        let session = self.start(hub, options, (&cameras, RunStart::New))?;
+        session.hub().join(SourceId::Replay, "")?;
+        session.set_replay(Arc::clone(&control));
+        source
+            .feed(&session, control)
+            .map_err(|error| Rejection::new(Reason::Internal, error.to_string()))?;
+        Ok(session)
+    }
+
+    fn hub(&self, id: &SessionId, takeover_token: String, cameras: &Cameras) -> Hub {
+        let configs = (&self.config.session, &self.config.publish);
+        Hub::new(id.clone(), takeover_token, cameras.image_size_px(), configs)
+    }
+
+    fn start(
+        &self,
+        hub: Hub,
+        options: SessionOptions,
+        cameras_and_start: (&Cameras, RunStart),
+    ) -> Result<Arc<Session>, Rejection> {
+        let id = hub.id().clone();
+        let parts = SessionParts {
+            engine: Arc::clone(&self.engine),
+            storage: self.storage.clone(),
+            recording: self.config.recording.clone(),
+        };
+        let session = Session::start(hub, parts, options, cameras_and_start)
             .map_err(|error| Rejection::new(Reason::InvalidCalibration, error.0))?;
         let session = Arc::new(session);
         self.sessions().insert(id.clone(), Arc::clone(&session));
@@ -101,6 +202,49 @@ impl Registry {
         Ok(())
     }
 
+    /// Opens again what a crash left open; their journals are worked through on threads of their own. Blocks while
+    /// the reconstructions are built.
+    pub fn recover(&self) {
+        let Some(storage) = &self.storage else { return };
+        let runs = storage.left_open().unwrap_or_else(|error| {
+            tracing::error!(%error, "nothing is recovered");
+            Vec::new()
+        });
+        for run in runs {
+            let session = run.info().session.clone();
+            match self.recover_run(storage, run) {
+                Ok(()) => tracing::info!(session, "recovering after a crash"),
+                Err(text) => tracing::error!(session, text, "not recovered"),
+            }
+        }
+    }
+
+    fn recover_run(&self, storage: &Storage, run: Run) -> Result<(), String> {
+        let info = run.info().clone();
+        let id: SessionId = info.session.parse().map_err(|error| format!("{error}"))?;
+        self.check_room(&id).map_err(|rejection| rejection.to_string())?;
+        let left = match LeftJournal::open(&run, storage.config().recover_max_s, &self.config.recording) {
+            Ok(left) => left,
+            Err(error) => {
+                // The crash came before the first pair was on the disk.
+                run.discard();
+                return Err(error.to_string());
+            }
+        };
+        let hub = self.hub(&id, info.takeover_token, &left.calibration);
+        hub.join(SourceId::Journal, "").map_err(|busy| busy.to_string())?;
+        if let Some(lost) = &left.lost {
+            hub.raise_alarm(lost);
+        }
+        let options = SessionOptions { record: info.record, policy: Policy::NewestWins, inputs: info.inputs };
+        let (cameras, world_from_start) = (left.calibration, left.world_from_start);
+        let start = RunStart::Recovered { run, world_from_start };
+        let session =
+            self.start(hub, options, (&cameras, start)).map_err(|rejection| rejection.to_string())?;
+        let feeding = std::thread::Builder::new().name("recovery".into()).spawn(move || left.feed(&session));
+        feeding.map(drop).map_err(|error| error.to_string())
+    }
+
     /// Brings a new calibration to a session. Blocks.
     ///
     /// # Errors
@@ -122,7 +266,7 @@ impl Registry {
     pub fn find(&self, id: &str) -> Result<Arc<Session>, Rejection> {
         let id: SessionId =
             id.parse().map_err(|error| Rejection::new(Reason::InvalidSessionId, format!("{error}")))?;
-        self.get(&id).ok_or_else(|| Rejection::new(Reason::UnknownSession, format!("no session {id}")))
+        self.get(&id).ok_or_else(|| Rejection::unknown_session(&id))
     }
 
     /// All open sessions, by id.
@@ -161,12 +305,15 @@ impl Registry {
         }
     }
 
-    /// Ends all sessions. Blocks until their reconstructions have ended.
+    /// Ends all sessions at once. Blocks until their reconstructions have ended and their results are written.
     pub fn drain(&self) {
         self.start_draining();
-        for session in self.list() {
-            self.close(&session, "the server is shutting down");
-        }
+        let sessions = self.list();
+        std::thread::scope(|scope| {
+            for session in &sessions {
+                scope.spawn(|| self.close(session, "the server is shutting down"));
+            }
+        });
     }
 
     /// Lets time pass: silence and age are noticed, states published. Gives the sessions that ended.
@@ -180,11 +327,21 @@ impl Registry {
     }
 }
 
-/// Opaque, and not to be guessed.
+fn check_cameras(cameras: &Cameras, limits: &RigLimits) -> Result<(), GeometryError> {
+    match cameras {
+        Cameras::Rectified(rig) => geometry::validate::check_rig(rig, limits),
+        Cameras::Raw(raw) => geometry::validate::check_calibration(raw, limits),
+    }
+}
+
 fn random_id() -> Result<SessionId, Rejection> {
-    let internal = |text: String| Rejection::new(Reason::Internal, text);
-    let mut bytes = [0; ID_BYTES];
-    getrandom::fill(&mut bytes).map_err(|error| internal(format!("no random numbers: {error}")))?;
-    let text: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-    text.parse().map_err(|error| internal(format!("{error}")))
+    random_text()?.parse().map_err(|error| Rejection::new(Reason::Internal, format!("{error}")))
+}
+
+/// Opaque, and not to be guessed.
+fn random_text() -> Result<String, Rejection> {
+    let mut bytes = [0; RANDOM_BYTES];
+    getrandom::fill(&mut bytes)
+        .map_err(|error| Rejection::new(Reason::Internal, format!("no random numbers: {error}")))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

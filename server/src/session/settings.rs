@@ -10,6 +10,8 @@ use serde::Deserialize;
 pub struct SessionConfig {
     /// Sessions open at a time.
     pub sessions_max: usize,
+    /// GPU time that a session may use before the next one that waits gets its turn.
+    pub gpu_quantum_ms: f64,
     /// A session that no cart feeds is closed after this time.
     pub ttl_s: f64,
     /// A connected cart that sends nothing for this time counts as lost.
