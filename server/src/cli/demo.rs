@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use clap::Args;
 use gpu::Gpu;
-use mis_slam_cart::{CartConfig, Endpoint, PublishOptions, PublishReport, publish_recording};
+use mis_slam_cart::{
+    CartConfig, Encoding as ImageEncoding, Endpoint, PublishOptions, PublishReport, publish_recording,
+};
 use recording::PairingStatistics;
 use simulator::SceneKind;
 use tokio::sync::oneshot;
@@ -42,6 +44,10 @@ pub struct Demo {
 impl Demo {
     pub(super) fn run(&self, config: &Config) -> Outcome {
         let scratch = tempfile::tempdir().map_err(Failure::failed)?;
+        let mut config = config.clone();
+        // The demo leaves nothing behind but what it says.
+        config.storage.directory = PathBuf::new();
+        let config = &config;
         let recording = scratch.path().join("demo.mcap");
         simulate(self.frames, &recording, config)?;
         if self.headless { self.run_headless(config, &recording) } else { run_with_page(config, recording) }
@@ -58,8 +64,7 @@ impl Demo {
         loopback.server.listen.set_port(0);
         loopback.zenoh.enabled = false;
         let rate = rate(&gpu);
-        let options =
-            |to| PublishOptions { recording: recording.into(), to, session: None, rate, repeat: false };
+        let options = |to| PublishOptions { rate, ..publish_options(recording.into(), to) };
         let published = serve::runtime()?.block_on(stream(&loopback, engine, options))?;
         let collector =
             Arc::into_inner(collector).ok_or_else(|| Failure::failed("the session did not end in time"))?;
@@ -118,11 +123,25 @@ fn run_with_page(config: &Config, recording: PathBuf) -> Outcome {
         let to = endpoint(&service)?;
         println!("open http://{address} in a browser; Ctrl-C ends the demo");
         let serving = tokio::spawn(service.run(serve::stop_signal()));
-        let options = PublishOptions { recording, to, session: None, rate: rate(&gpu), repeat: true };
+        let options = PublishOptions { rate: rate(&gpu), repeat: true, ..publish_options(recording, to) };
         let published = publish(&options, config, serve::stop_signal()).await;
         let served = serving.await.map_err(Failure::failed)?.map_err(Failure::failed);
         published.and(served)
     })
+}
+
+/// One pass at the recorded pace, as a session of its own.
+fn publish_options(source: PathBuf, to: Endpoint) -> PublishOptions {
+    PublishOptions {
+        source,
+        rig_file: None,
+        encoding: ImageEncoding::Unchanged,
+        to,
+        session: None,
+        takeover_token: None,
+        rate: 1.0,
+        repeat: false,
+    }
 }
 
 /// The server's own address, as a cart on this machine reaches it.
@@ -136,7 +155,7 @@ async fn publish(
     config: &Config,
     stop: impl Future<Output = ()> + Send,
 ) -> Result<PublishReport, Failure> {
-    let cart = CartConfig { recording: config.recording.clone(), cart: config.cart.clone() };
+    let cart = CartConfig { recording: config.recording.clone(), rig: config.rig, cart: config.cart.clone() };
     let mut bar = Progress::new("stream");
     let observe = |progress: &mis_slam_cart::Progress| {
         if !options.repeat {

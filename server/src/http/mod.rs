@@ -5,19 +5,31 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
-use axum::extract::DefaultBodyLimit;
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::StatusCode;
 use axum::middleware;
-use axum::routing::get;
+use axum::{Json, Router};
 use protocol::routes;
 use serde::Deserialize;
+use serde_json::Value;
 use tokio::net::TcpListener;
 use tokio::sync::mpsc;
 
+use self::access::Access;
+use self::metrics::Metrics;
+use self::openapi::{Api, delete, get, post, put};
 use crate::session::registry::Registry;
+use crate::storage::{FinishedRun, StoredRecording};
 
+pub mod access;
 mod api;
+mod error;
+mod finished;
+mod metrics;
+mod openapi;
 pub mod page;
+mod recordings;
+mod replay;
 mod security;
 pub mod socket;
 mod upgrade;
@@ -50,6 +62,9 @@ struct App {
     registry: Arc<Registry>,
     message_max_bytes: usize,
     viewer_stall: Duration,
+    access: Arc<Access>,
+    metrics: Arc<Metrics>,
+    document: Arc<Value>,
     /// Held by every open WebSocket; the server waits for all of them at its end.
     streams: mpsc::Sender<()>,
 }
@@ -59,6 +74,7 @@ pub struct HttpServer {
     listener: TcpListener,
     config: ServerConfig,
     registry: Arc<Registry>,
+    access: Arc<Access>,
     viewer_stall: Duration,
 }
 
@@ -70,10 +86,11 @@ impl HttpServer {
     pub async fn bind(
         config: &ServerConfig,
         registry: Arc<Registry>,
-        viewer_stall: Duration,
+        (access, viewer_stall): (Access, Duration),
     ) -> std::io::Result<Self> {
         let listener = TcpListener::bind(config.listen).await?;
-        Ok(Self { listener, config: config.clone(), registry, viewer_stall })
+        let access = Arc::new(access);
+        Ok(Self { listener, config: config.clone(), registry, access, viewer_stall })
     }
 
     /// The address, its port filled in.
@@ -90,10 +107,14 @@ impl HttpServer {
     /// The system's.
     pub async fn run(self, shutdown: impl Future<Output = ()> + Send + 'static) -> std::io::Result<()> {
         let (streams, mut open_streams) = mpsc::channel(1);
+        let (api, document) = documented();
         let app = App {
             registry: Arc::clone(&self.registry),
             message_max_bytes: self.config.message_max_bytes(),
             viewer_stall: self.viewer_stall,
+            access: self.access,
+            metrics: Arc::new(Metrics::of(&self.registry)),
+            document: Arc::new(document),
             streams,
         };
         let registry = self.registry;
@@ -105,7 +126,7 @@ impl HttpServer {
             // The receiver is gone only where the server failed before.
             let _ = stopped.send(());
         };
-        let serving = axum::serve(self.listener, router(app)).with_graceful_shutdown(stop).into_future();
+        let serving = axum::serve(self.listener, router(api, app)).with_graceful_shutdown(stop).into_future();
         let deadline = async {
             if stopping.await.is_ok() {
                 tokio::time::sleep(drain).await;
@@ -129,15 +150,110 @@ impl HttpServer {
     }
 }
 
-fn router(app: App) -> Router {
-    Router::new()
-        .route(routes::HEALTH, get(api::health))
-        .route(routes::SESSIONS, get(api::list).post(api::open))
-        .route(routes::SESSION, get(api::inspect).delete(api::close))
-        .route(routes::INGEST, get(upgrade::ingest))
-        .route(routes::VIEW, get(upgrade::view))
-        .fallback(get(page::serve))
+/// What is served, described where it is listed.
+fn documented() -> (Router<App>, Value) {
+    use StatusCode as Status;
+    const UNKNOWN: &[StatusCode] = &[StatusCode::NOT_FOUND];
+    let api = Api::new()
+        .route(
+            routes::HEALTH,
+            [get(api::health, "Whether the server takes work").refuses(&[Status::SERVICE_UNAVAILABLE])],
+        )
+        .route(
+            routes::SESSIONS,
+            [
+                get(api::list, "All open sessions").answers::<Vec<api::SessionJson>>(Status::OK),
+                post(api::open, "Opens a session: with the cameras of a cart, or with a recording to replay")
+                    .takes::<api::OpenRequest>()
+                    .answers::<api::OpenedJson>(Status::CREATED)
+                    .refuses(api::OPEN_REFUSALS),
+            ],
+        )
+        .route(
+            routes::SESSION,
+            [
+                get(api::inspect, "One open session")
+                    .answers::<api::SessionJson>(Status::OK)
+                    .refuses(UNKNOWN),
+                delete(api::close, "Closes a session; its results are then among the finished ones")
+                    .answers_with(Status::NO_CONTENT)
+                    .refuses(UNKNOWN),
+            ],
+        )
+        .route(
+            routes::REPLAY,
+            [post(replay::change, "Pauses, seeks, sets the rate of a replay")
+                .takes::<replay::ReplayRequest>()
+                .answers::<api::SessionJson>(Status::OK)
+                .refuses(&[Status::NOT_FOUND, Status::CONFLICT])],
+        )
+        .route(
+            routes::INGEST,
+            [get(upgrade::ingest, "WebSocket of a cart: pairs in; poses, state, refusals out")
+                .answers_with(Status::SWITCHING_PROTOCOLS)
+                .refuses(&[Status::NOT_FOUND, Status::CONFLICT])],
+        )
+        .route(
+            routes::VIEW,
+            [get(upgrade::view, "WebSocket of a viewer: all lanes out")
+                .answers_with(Status::SWITCHING_PROTOCOLS)
+                .refuses(UNKNOWN)],
+        );
+    documented_files(api).finish()
+}
+
+/// What is on the disk, and what the server says about itself.
+fn documented_files(api: Api) -> Api {
+    use StatusCode as Status;
+    const UNKNOWN: &[StatusCode] = &[StatusCode::NOT_FOUND];
+    api.route(
+        routes::FINISHED,
+        [get(finished::list, "What finished sessions left behind, newest first")
+            .answers::<Vec<FinishedRun>>(Status::OK)],
+    )
+    .route(
+        routes::FINISHED_RUN,
+        [
+            get(finished::inspect, "What one of them left behind")
+                .answers::<FinishedRun>(Status::OK)
+                .refuses(UNKNOWN),
+            delete(finished::remove, "Removes it").answers_with(Status::NO_CONTENT).refuses(UNKNOWN),
+        ],
+    )
+    .route(
+        routes::FINISHED_FILE,
+        [get(finished::file, "model.ply, model.png, trajectory.tum, report.json or recording.mcap")
+            .refuses(UNKNOWN)],
+    )
+    .route(
+        routes::RECORDINGS,
+        [get(recordings::list, "Recordings that can be replayed")
+            .answers::<Vec<StoredRecording>>(Status::OK)],
+    )
+    .route(
+        routes::RECORDING,
+        [
+            get(recordings::download, "A recording").refuses(UNKNOWN),
+            put(recordings::upload, "Uploads a recording (MCAP), which is checked before it is kept")
+                .answers::<StoredRecording>(Status::CREATED)
+                .refuses(recordings::UPLOAD_REFUSALS),
+            delete(recordings::remove, "Removes a recording")
+                .answers_with(Status::NO_CONTENT)
+                .refuses(UNKNOWN),
+        ],
+    )
+    .route(routes::METRICS, [get(metrics::render, "Counts and rates for Prometheus")])
+    .route(routes::OPENAPI, [get(describe, "This document")])
+}
+
+async fn describe(State(app): State<App>) -> Json<Value> {
+    Json((*app.document).clone())
+}
+
+fn router(api: Router<App>, app: App) -> Router {
+    api.fallback(axum::routing::get(page::serve))
         .layer(DefaultBodyLimit::max(BODY_MAX_BYTES))
+        .layer(middleware::from_fn_with_state(app.clone(), access::identify))
         .layer(middleware::from_fn(security::refuse_foreign_pages))
         .layer(middleware::map_response(security::add_headers))
         .with_state(app)

@@ -10,6 +10,7 @@ use tokio::sync::watch;
 use tokio::time::timeout;
 use tokio_tungstenite::tungstenite;
 
+use super::access::Caller;
 use crate::session::intake::Rejection;
 
 /// What a client is told at the end may take this long to write.
@@ -33,24 +34,33 @@ pub enum Ending {
     SessionClosed(String),
 }
 
+/// What a peer is held to.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Largest message that it may send.
+    pub message_max_bytes: usize,
+    /// A peer that takes nothing for this time is let go.
+    pub stall: Duration,
+}
+
 /// A connected WebSocket.
 pub struct Peer {
     socket: WebSocket,
-    message_max_bytes: usize,
-    stall: Duration,
+    limits: Limits,
+    caller: Caller,
 }
 
 impl Peer {
-    /// A peer that may send messages up to a size and is let go when it takes nothing for `stall`.
-    pub fn new(socket: WebSocket, message_max_bytes: usize, stall: Duration) -> Self {
-        Self { socket, message_max_bytes, stall }
+    /// A peer that is held to limits, and let go when its token ends.
+    pub fn new(socket: WebSocket, limits: Limits, caller: Caller) -> Self {
+        Self { socket, limits, caller }
     }
 
-    /// Agrees on a version with the peer, whose first message is a hello.
+    /// Agrees on a version with the peer, whose first message is a hello; a cart is told the takeover token.
     ///
     /// # Errors
     /// [`Ending`] where none comes in time, or no common version.
-    pub async fn greet(&mut self) -> Result<(), Ending> {
+    pub async fn greet(&mut self, takeover_token: &str) -> Result<(), Ending> {
         let first = timeout(Duration::from_millis(HELLO_TIMEOUT_MS), self.receive()).await;
         let refused = |reason, text: String| Ending::Refused(Rejection::new(reason, text));
         let hello = match first {
@@ -61,8 +71,9 @@ impl Peer {
             Ok(Err(ending)) => return Err(ending),
             Err(_) => return Err(refused(Reason::MalformedMessage, "no hello came in time".into())),
         };
-        self.send(protocol::from_server(from_server::Body::Hello(answer(&hello).map_err(Ending::Refused)?)))
-            .await
+        let answer = answer(&hello).map_err(Ending::Refused)?;
+        let answer = Hello { takeover_token: takeover_token.to_owned(), ..answer };
+        self.send(protocol::from_server(from_server::Body::Hello(answer))).await
     }
 
     /// The next message; its body is `None` where this version does not know it.
@@ -73,9 +84,13 @@ impl Peer {
     /// [`Ending`].
     pub async fn receive(&mut self) -> Result<Option<to_server::Body>, Ending> {
         loop {
-            match self.socket.recv().await {
+            let message = tokio::select! {
+                message = self.socket.recv() => message,
+                rejection = self.caller.token_ended() => return Err(Ending::Refused(rejection)),
+            };
+            match message {
                 Some(Ok(Message::Binary(bytes))) => {
-                    return protocol::decode_to_server(bytes, self.message_max_bytes)
+                    return protocol::decode_to_server(bytes, self.limits.message_max_bytes)
                         .map(|envelope| envelope.body)
                         .map_err(|error| Ending::Malformed(error.to_string()));
                 }
@@ -92,7 +107,7 @@ impl Peer {
     /// # Errors
     /// [`Ending::Gone`] where the peer does not take it.
     pub async fn send(&mut self, bytes: Bytes) -> Result<(), Ending> {
-        match timeout(self.stall, self.socket.send(Message::Binary(bytes))).await {
+        match timeout(self.limits.stall, self.socket.send(Message::Binary(bytes))).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) | Err(_) => Err(Ending::Gone),
         }
@@ -105,7 +120,7 @@ impl Peer {
             Ending::Gone => return,
             Ending::Malformed(text) => (refusal(Reason::MalformedMessage, &text), CLOSE_MALFORMED, text),
             Ending::Oversized => {
-                let text = format!("a message is over the limit of {} bytes", self.message_max_bytes);
+                let text = format!("a message is over the limit of {} bytes", self.limits.message_max_bytes);
                 (refusal(Reason::OversizedMessage, &text), CLOSE_OVERSIZED, text)
             }
             Ending::Refused(Rejection { reason, text }) => (refusal(reason, &text), CLOSE_REFUSED, text),

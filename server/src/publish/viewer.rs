@@ -12,7 +12,7 @@ use crate::session::intake::Rejection;
 
 /// Serves a viewer until it or the session ends.
 pub async fn serve(mut peer: Peer, hub: Arc<Hub>) {
-    let ending = match peer.greet().await {
+    let ending = match peer.greet("").await {
         Ok(()) => follow(&mut peer, &hub).await,
         Err(ending) => Err(ending),
     };

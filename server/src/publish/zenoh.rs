@@ -96,7 +96,7 @@ async fn publish(zenoh: &zenoh::Session, hub: &Hub) -> Result<(), ZenohError> {
 async fn refuse(zenoh: &zenoh::Session, hub: &Hub, bytes: Bytes) -> Result<(), ZenohError> {
     match hub.source() {
         Some(SourceId::Zenoh(cart)) => Ok(zenoh.put(keys::reply(hub.id(), &cart), bytes).await?),
-        Some(SourceId::WebSocket(_)) | None => Ok(()),
+        Some(SourceId::WebSocket(_) | SourceId::Replay | SourceId::Journal) | None => Ok(()),
     }
 }
 
