@@ -56,6 +56,20 @@ fn camera(pinhole: &Pinhole) -> v1::Camera {
     }
 }
 
+/// How images travel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// As JPEG: those that are go as they are, others are encoded with this quality.
+    Jpeg {
+        /// 1 to 100.
+        quality: u8,
+    },
+    /// As pixels: on one machine, where decoding costs more than copying.
+    Raw,
+    /// As they are in the recording.
+    Unchanged,
+}
+
 /// A pair on the wire. Damaged images go out as they are, and as of `size_px`: the server refuses and counts them.
 ///
 /// # Errors
@@ -63,15 +77,36 @@ fn camera(pinhole: &Pinhole) -> v1::Camera {
 pub fn pair(
     message: StereoMessage,
     sequence: u64,
-    size_px: (u32, u32),
+    (size_px, encoding): ((u32, u32), Encoding),
 ) -> Result<v1::StereoPair, RecordingError> {
+    let eye = |image| encoded(image, size_px, encoding);
     Ok(v1::StereoPair {
         stamp_ns: message.stamp_ns,
         sequence,
-        left: Some(image(message.left, size_px)?),
-        right: Some(image(message.right, size_px)?),
+        left: Some(eye(message.left)?),
+        right: Some(eye(message.right)?),
         mask: message.mask.map(|mask| image(mask, size_px)).transpose()?,
     })
+}
+
+fn encoded(
+    given: EncodedImage,
+    size_px: (u32, u32),
+    encoding: Encoding,
+) -> Result<v1::EncodedImage, RecordingError> {
+    let wanted = match encoding {
+        Encoding::Jpeg { .. } => given.format != ImageFormat::Jpeg,
+        Encoding::Raw => !matches!(given.format, ImageFormat::Raw { .. }),
+        Encoding::Unchanged => false,
+    };
+    let Some(pixels) = wanted.then(|| recording::decode_rgb(&given, size_px).ok()).flatten() else {
+        return image(given, size_px);
+    };
+    if let Encoding::Jpeg { quality } = encoding {
+        return image(recording::encode_jpeg(&pixels, quality)?, size_px);
+    }
+    let ((width_px, height_px), data) = (pixels.size(), pixels.into_vec().into_flattened().into());
+    Ok(v1::EncodedImage { format: v1::ImageFormat::Rgb8.into(), width_px, height_px, data })
 }
 
 /// The wire knows raw images only without padding and as RGB or grey.
@@ -101,6 +136,24 @@ mod tests {
         let sent = image(EncodedImage { format, bytes: vec![3, 2, 1, 0, 6, 5, 4, 0] }, (1, 2)).unwrap();
         assert_eq!((sent.format(), &sent.data[..]), (v1::ImageFormat::Rgb8, &[1, 2, 3, 4, 5, 6][..]));
         assert_eq!((sent.width_px, sent.height_px), (1, 2));
+    }
+
+    #[test]
+    fn images_travel_in_the_encoding_that_was_chosen() {
+        let picture = geometry::Rgb::from_fn(16, 12, |x, y| [x as u8 * 9, y as u8 * 9, 50]);
+        let (png, jpeg) =
+            (recording::encode_png_rgb(&picture).unwrap(), recording::encode_jpeg(&picture, 90).unwrap());
+        let format =
+            |given: &EncodedImage, encoding| encoded(given.clone(), (16, 12), encoding).unwrap().format();
+        let as_jpeg = Encoding::Jpeg { quality: 90 };
+        assert_eq!(
+            (format(&png, as_jpeg), format(&jpeg, as_jpeg)),
+            (v1::ImageFormat::Jpeg, v1::ImageFormat::Jpeg)
+        );
+        assert_eq!(encoded(jpeg.clone(), (16, 12), as_jpeg).unwrap().data, jpeg.bytes, "no second loss");
+        assert_eq!(format(&png, Encoding::Unchanged), v1::ImageFormat::Png);
+        let raw = encoded(png, (16, 12), Encoding::Raw).unwrap();
+        assert_eq!((raw.format(), &raw.data[..3]), (v1::ImageFormat::Rgb8, &picture.pixels()[0][..]));
     }
 
     #[test]

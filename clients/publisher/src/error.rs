@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use protocol::v1::Reason;
 use recording::RecordingError;
+use settings::SettingsError;
 
 /// Why a recording is not streamed, or not to its end.
 #[derive(Debug, thiserror::Error)]
@@ -15,11 +16,28 @@ pub enum CartError {
         given: String,
     },
     /// The configuration cannot be used.
-    #[error("configuration: {0}")]
-    Config(#[from] ::config::ConfigError),
+    #[error(transparent)]
+    Config(#[from] SettingsError),
     /// The recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// The cameras cannot be used.
+    #[error("calibration: {0}")]
+    Calibration(#[from] geometry::GeometryError),
+    /// The first pair cannot be used, and those after it will be no better.
+    #[error("the first {eye} image: {source}")]
+    FirstPair {
+        /// Which of the two.
+        eye: &'static str,
+        /// What is wrong with it.
+        source: RecordingError,
+    },
+    /// There is no place to prepare a folder's images.
+    #[error("temporary directory: {source}")]
+    Scratch {
+        /// The system's reason.
+        source: std::io::Error,
+    },
     /// The recording holds no pair.
     #[error("the recording holds no stereo pair")]
     Empty,
@@ -46,6 +64,14 @@ pub enum CartError {
 impl CartError {
     /// Whether what the user gave is at fault.
     pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::Endpoint { .. } | Self::Config(_) | Self::Recording(_) | Self::Empty)
+        matches!(
+            self,
+            Self::Endpoint { .. }
+                | Self::Config(_)
+                | Self::Recording(_)
+                | Self::Calibration(_)
+                | Self::FirstPair { .. }
+                | Self::Empty
+        )
     }
 }

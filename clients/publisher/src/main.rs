@@ -4,21 +4,30 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use mis_slam_cart::{
-    CartConfig, CartError, Endpoint, Progress, PublishOptions, PublishReport, publish_recording,
+    CartConfig, CartError, Encoding, Endpoint, Progress, PublishOptions, PublishReport, publish_recording,
 };
 use protocol::SessionId;
 use tracing_subscriber::EnvFilter;
 
-/// Streams a recording to a reconstruction server, at the pace of its stamps.
+/// Streams a recording or a folder of image pairs to a reconstruction server, at the pace of its stamps.
 #[derive(Debug, Parser)]
 #[command(name = "mis-slam-cart", version)]
 struct Cli {
-    /// The recording (MCAP).
-    #[arg(value_name = "REC.mcap")]
-    recording: PathBuf,
+    /// The recording (MCAP), or a folder with left/, right/ and a rig file.
+    #[arg(value_name = "REC.mcap|FOLDER")]
+    source: PathBuf,
+    /// A rig file (config/rigs/*.toml) in place of the folder's own rig.toml.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    /// How images travel: as jpeg; raw, for a server on the same machine; or unchanged.
+    #[arg(long, value_enum, default_value = "jpeg")]
+    encoding: EncodingName,
+    /// The takeover token of a session that another cart feeds.
+    #[arg(long, value_name = "TOKEN", env = "MIS_SLAM_TAKEOVER", hide_env_values = true)]
+    takeover: Option<String>,
     /// The server: ws://HOST:PORT or zenoh/tcp/HOST:PORT.
     #[arg(long, value_name = "ADDRESS")]
     to: Endpoint,
@@ -35,18 +44,21 @@ struct Cli {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// One option, laid over defaults and file; may be repeated.
-    #[arg(long = "set", value_name = "SECTION.KEY=VALUE", value_parser = key_and_value)]
-    overrides: Vec<(String, String)>,
+    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+/// The encodings by their names.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum EncodingName {
+    Jpeg,
+    Raw,
+    Unchanged,
 }
 
 fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|error| format!("{error}"))?;
     if value.is_finite() && value > 0.0 { Ok(value) } else { Err("must be positive".into()) }
-}
-
-fn key_and_value(text: &str) -> Result<(String, String), String> {
-    let (key, value) = text.split_once('=').ok_or("expected section.key=value")?;
-    Ok((key.trim().to_owned(), value.trim().to_owned()))
 }
 
 #[tokio::main]
@@ -69,7 +81,14 @@ async fn main() -> ExitCode {
 async fn stream(cli: Cli) -> Result<PublishReport, CartError> {
     let config = CartConfig::load(cli.config.as_deref(), &cli.overrides)?;
     let options = PublishOptions {
-        recording: cli.recording,
+        source: cli.source,
+        rig_file: cli.calibration,
+        encoding: match cli.encoding {
+            EncodingName::Jpeg => Encoding::Jpeg { quality: config.cart.jpeg_quality },
+            EncodingName::Raw => Encoding::Raw,
+            EncodingName::Unchanged => Encoding::Unchanged,
+        },
+        takeover_token: cli.takeover,
         to: cli.to,
         session: cli.session,
         rate: cli.rate,

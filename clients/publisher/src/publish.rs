@@ -5,15 +5,16 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use protocol::SessionId;
-use protocol::v1::{Reason, StereoPair, from_server};
-use recording::{RecordingError, RecordingReader};
-use tokio::sync::watch;
+use protocol::v1::{Reason, from_server};
+use recording::RecordingError;
 use tokio::task::JoinHandle;
 
 use crate::config::{CartConfig, ConnectionConfig};
-use crate::link::{Link, LinkError, Purpose};
+use crate::link::{Joined, Link, LinkError, Purpose};
+use crate::open::Source;
+use crate::queue::{QueueOutlet, queue};
 use crate::report::{Progress, PublishReport, Tally};
-use crate::{CartError, Endpoint, convert, source};
+use crate::{CartError, Encoding, Endpoint, convert, source};
 
 /// Time to read what the server said before a connection was lost.
 const LAST_WORDS_TIMEOUT: Duration = Duration::from_millis(100);
@@ -21,19 +22,25 @@ const LAST_WORDS_TIMEOUT: Duration = Duration::from_millis(100);
 /// What to stream, and to whom.
 #[derive(Clone, Debug)]
 pub struct PublishOptions {
-    /// The recording.
-    pub recording: PathBuf,
+    /// The recording, or a folder of image pairs.
+    pub source: PathBuf,
+    /// A rig file in place of the folder's own.
+    pub rig_file: Option<PathBuf>,
+    /// How images travel.
+    pub encoding: Encoding,
     /// The server.
     pub to: Endpoint,
     /// The session to feed; the server names one where none is given.
     pub session: Option<SessionId>,
+    /// The session's takeover token, to take it over from another cart.
+    pub takeover_token: Option<String>,
     /// Times the recorded pace.
     pub rate: f64,
     /// Starts over at the end, with stamps that go on.
     pub repeat: bool,
 }
 
-/// Streams a recording to its end, or until `stop` is ready; `observe` is told after each message.
+/// Streams a recording or folder to its end, or until `stop` is ready; `observe` is told after each message.
 ///
 /// # Errors
 /// [`CartError`]: the recording cannot be read, the server refuses or stays away.
@@ -43,11 +50,8 @@ pub async fn publish_recording(
     mut observe: impl FnMut(&Progress) + Send,
     stop: impl Future<Output = ()> + Send,
 ) -> Result<PublishReport, CartError> {
-    let reader = RecordingReader::open(&options.recording, &config.recording)?;
-    if let Some(damage) = reader.damage() {
-        tracing::warn!(damage, "the recording is damaged; it is streamed up to its last good record");
-    }
-    let calibration = reader.calibration()?;
+    let source = open(options, config).await?;
+    let (reader, calibration) = (source.reader.clone(), source.calibration);
     let mut tally = Tally::new(reader.expected_pairs());
     let mut sender = Sender {
         to: &options.to,
@@ -55,16 +59,18 @@ pub async fn publish_recording(
         purpose: Purpose {
             session: options.session.clone(),
             calibration: convert::calibration(&calibration),
+            takeover_token: options.takeover_token.clone().unwrap_or_default(),
         },
         link: None,
     };
     // The first connection is made before time starts to run, so that no pair is missed.
     let stream = async {
         sender.connect(&mut tally).await?;
-        let pairs = source::read(reader, calibration.image_size_px(), options.repeat);
-        let (slot, newest) = watch::channel(None);
-        let pacing = tokio::spawn(source::pace(pairs, options.rate, slot));
-        let sent = sender.send_all(newest, &mut tally, &mut observe).await;
+        let form = (calibration.image_size_px(), options.encoding);
+        let pairs = source::read(reader, form, options.repeat);
+        let (inlet, waiting) = queue(config.cart.buffer_pairs);
+        let pacing = tokio::spawn(source::pace(pairs, options.rate, inlet));
+        let sent = sender.send_all(waiting, &mut tally, &mut observe).await;
         finish(pacing, sent).await
     };
     let streamed = tokio::select! {
@@ -76,6 +82,18 @@ pub async fn publish_recording(
     }
     streamed?;
     Ok(tally.report())
+}
+
+/// Reads files, so it happens off the async runtime.
+async fn open(options: &PublishOptions, config: &CartConfig) -> Result<Source, CartError> {
+    let (path, rig_file) = (options.source.clone(), options.rig_file.clone());
+    let (recording, limits) = (config.recording.clone(), config.rig);
+    let opened =
+        tokio::task::spawn_blocking(move || Source::open(&path, rig_file.as_deref(), (&recording, &limits)));
+    match opened.await {
+        Ok(opened) => opened,
+        Err(panic) => std::panic::resume_unwind(panic.into_panic()),
+    }
 }
 
 /// The reason why the stream ended: what was read comes before what was sent.
@@ -108,7 +126,8 @@ impl Sender<'_> {
         let mut pause = Duration::from_secs_f64(self.config.retry_first_s);
         loop {
             let problem = match Link::connect(self.to, &self.purpose).await {
-                Ok((link, session)) => {
+                Ok((link, Joined { session, takeover_token })) => {
+                    self.purpose.takeover_token = takeover_token;
                     tally.session = session.to_string();
                     self.purpose.session = Some(session);
                     self.link = Some(link);
@@ -131,7 +150,7 @@ impl Sender<'_> {
 
     async fn send_all(
         &mut self,
-        mut newest: watch::Receiver<Option<StereoPair>>,
+        mut waiting: QueueOutlet,
         tally: &mut Tally,
         observe: &mut impl FnMut(&Progress),
     ) -> Result<(), CartError> {
@@ -141,7 +160,7 @@ impl Sender<'_> {
                 tally.reconnects += 1;
                 continue;
             };
-            match exchange(link, &mut newest, tally, observe).await {
+            match exchange(link, &mut waiting, tally, observe).await {
                 Ok(Exchange::Goes) => {}
                 Ok(Exchange::SourceEnded) => {
                     self.linger(tally, observe).await?;
@@ -202,16 +221,13 @@ enum Exchange {
 /// One message, in either direction.
 async fn exchange(
     link: &mut Link,
-    newest: &mut watch::Receiver<Option<StereoPair>>,
+    waiting: &mut QueueOutlet,
     tally: &mut Tally,
     observe: &mut impl FnMut(&Progress),
 ) -> Result<Exchange, LinkError> {
     tokio::select! {
-        changed = newest.changed() => {
-            if changed.is_err() {
-                return Ok(Exchange::SourceEnded);
-            }
-            let Some(pair) = newest.borrow_and_update().clone() else { return Ok(Exchange::Goes) };
+        pair = waiting.take() => {
+            let Some(pair) = pair else { return Ok(Exchange::SourceEnded) };
             tally.note_sent(pair.sequence, Instant::now());
             link.send(pair).await?;
             observe(&tally.progress());

@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use protocol::v1::StereoPair;
 use recording::{RecordingError, RecordingReader};
-use tokio::sync::{mpsc, watch};
+use tokio::sync::mpsc;
 use tokio::time::Instant;
 
-use crate::convert;
+use crate::convert::{self, Encoding};
+use crate::queue::QueueInlet;
 
 /// Pairs that are read ahead.
 const READ_AHEAD_PAIRS: usize = 4;
@@ -18,12 +19,12 @@ const USUAL_INTERVAL_NS: u64 = 33_333_333;
 /// Pairs in the order of their stamps, read on a thread of its own; ends with the recording, or never if `repeat`.
 pub fn read(
     reader: RecordingReader,
-    size_px: (u32, u32),
+    form: ((u32, u32), Encoding),
     repeat: bool,
 ) -> mpsc::Receiver<Result<StereoPair, RecordingError>> {
     let (pairs, receiver) = mpsc::channel(READ_AHEAD_PAIRS);
     thread::spawn(move || {
-        let mut pass = Pass { reader, size_px, pairs, stamps: Stamps::default(), sequence: 0 };
+        let mut pass = Pass { reader, form, pairs, stamps: Stamps::default(), sequence: 0 };
         loop {
             match pass.run() {
                 Ok(true) if repeat => pass.stamps.start_over(),
@@ -39,7 +40,8 @@ pub fn read(
 /// One way through the recording after the other.
 struct Pass {
     reader: RecordingReader,
-    size_px: (u32, u32),
+    /// Size and encoding of the images.
+    form: ((u32, u32), Encoding),
     pairs: mpsc::Sender<Result<StereoPair, RecordingError>>,
     stamps: Stamps,
     sequence: u64,
@@ -50,12 +52,15 @@ impl Pass {
     fn run(&mut self) -> Result<bool, RecordingError> {
         let first = self.sequence;
         for message in self.reader.stereo()? {
-            let mut pair = convert::pair(message?, self.sequence, self.size_px)?;
+            let mut pair = convert::pair(message?, self.sequence, self.form)?;
             pair.stamp_ns = self.stamps.next(pair.stamp_ns);
             self.sequence += 1;
             if self.pairs.blocking_send(Ok(pair)).is_err() {
                 return Ok(false);
             }
+        }
+        if let Some(damage) = self.reader.damage() {
+            tracing::warn!(damage, "the recording is damaged; it was streamed up to its last good record");
         }
         Ok(self.sequence > first)
     }
@@ -89,14 +94,14 @@ impl Stamps {
     }
 }
 
-/// Puts each pair into the slot when it is due; the newest one is there. The first error ends it.
+/// Puts each pair into the queue when it is due. The first error ends it.
 ///
 /// # Errors
 /// [`RecordingError`] where the recording cannot be read on.
 pub async fn pace(
     mut pairs: mpsc::Receiver<Result<StereoPair, RecordingError>>,
     rate: f64,
-    slot: watch::Sender<Option<StereoPair>>,
+    queue: QueueInlet,
 ) -> Result<(), RecordingError> {
     let mut start: Option<(Instant, u64)> = None;
     while let Some(pair) = pairs.recv().await {
@@ -104,7 +109,7 @@ pub async fn pace(
         let (at, first_ns) = *start.get_or_insert_with(|| (Instant::now(), pair.stamp_ns));
         let since_first = Duration::from_nanos(pair.stamp_ns.saturating_sub(first_ns));
         tokio::time::sleep_until(at + since_first.div_f64(rate)).await;
-        slot.send_replace(Some(pair));
+        queue.put(pair);
     }
     Ok(())
 }

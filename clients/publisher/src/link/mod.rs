@@ -43,6 +43,17 @@ pub struct Purpose {
     pub session: Option<SessionId>,
     /// The cameras.
     pub calibration: Calibration,
+    /// Presented to take the session over from another cart, or from one's own broken connection; may be empty.
+    pub takeover_token: String,
+}
+
+/// What a connection is told.
+#[derive(Clone, Debug)]
+pub struct Joined {
+    /// The session that it feeds.
+    pub session: SessionId,
+    /// The session's takeover token.
+    pub takeover_token: String,
 }
 
 impl Link {
@@ -50,15 +61,15 @@ impl Link {
     ///
     /// # Errors
     /// [`LinkError`].
-    pub async fn connect(to: &Endpoint, purpose: &Purpose) -> Result<(Self, SessionId), LinkError> {
+    pub async fn connect(to: &Endpoint, purpose: &Purpose) -> Result<(Self, Joined), LinkError> {
         match to {
             Endpoint::WebSocket(authority) => {
-                let (link, session) = websocket::WebSocketLink::connect(authority, purpose).await?;
-                Ok((Self::WebSocket(Box::new(link)), session))
+                let (link, joined) = websocket::WebSocketLink::connect(authority, purpose).await?;
+                Ok((Self::WebSocket(Box::new(link)), joined))
             }
             Endpoint::Zenoh(endpoint) => {
-                let (link, session) = zenoh::ZenohLink::connect(endpoint, purpose).await?;
-                Ok((Self::Zenoh(Box::new(link)), session))
+                let (link, joined) = zenoh::ZenohLink::connect(endpoint, purpose).await?;
+                Ok((Self::Zenoh(Box::new(link)), joined))
             }
         }
     }
@@ -99,12 +110,15 @@ fn read(bytes: Bytes) -> Result<Option<from_server::Body>, LinkError> {
     protocol::decode_from_server(bytes).map(|envelope| envelope.body).map_err(LinkError::lost)
 }
 
-/// The greeting that the server must answer with.
-fn expect_hello(body: Option<from_server::Body>) -> Result<(), LinkError> {
+/// The greeting that the server must answer with; gives the takeover token in it.
+fn expect_hello(body: Option<from_server::Body>) -> Result<String, LinkError> {
     match body {
-        Some(from_server::Body::Hello(hello)) => protocol::negotiate(&hello).map(|_| ()).map_err(|error| {
-            LinkError::Refused { reason: Reason::UnsupportedVersion, text: error.to_string() }
-        }),
+        Some(from_server::Body::Hello(hello)) => match protocol::negotiate(&hello) {
+            Ok(_) => Ok(hello.takeover_token),
+            Err(error) => {
+                Err(LinkError::Refused { reason: Reason::UnsupportedVersion, text: error.to_string() })
+            }
+        },
         Some(from_server::Body::Refusal(refusal)) => {
             Err(LinkError::Refused { reason: refusal.reason(), text: refusal.text })
         }

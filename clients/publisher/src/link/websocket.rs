@@ -6,11 +6,12 @@ use futures_util::{SinkExt, StreamExt};
 use protocol::v1::{Calibration, Reason, StereoPair, from_server, to_server};
 use protocol::{Bytes, SessionId, routes};
 use tokio::net::TcpStream;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async_with_config};
 
-use super::{LinkError, Purpose, SOFTWARE, expect_hello, read};
+use super::{Joined, LinkError, Purpose, SOFTWARE, expect_hello, read};
 
 /// Opening a session may build GPU pipelines first.
 const OPEN_TIMEOUT: Duration = Duration::from_secs(60);
@@ -23,20 +24,24 @@ pub struct WebSocketLink {
 }
 
 impl WebSocketLink {
-    pub async fn connect(authority: &str, purpose: &Purpose) -> Result<(Self, SessionId), LinkError> {
+    pub async fn connect(authority: &str, purpose: &Purpose) -> Result<(Self, Joined), LinkError> {
         let session = open_session(authority, purpose).await?;
         let url = format!("ws://{authority}{}", routes::of_session(routes::INGEST, &session));
         let limits = WebSocketConfig::default()
             .max_message_size(Some(MESSAGE_MAX_BYTES))
             .max_frame_size(Some(MESSAGE_MAX_BYTES))
             .write_buffer_size(0);
+        let mut request = url.into_client_request().map_err(LinkError::lost)?;
+        if let Ok(token) = purpose.takeover_token.parse() {
+            request.headers_mut().insert(routes::TAKEOVER_HEADER, token);
+        }
         // No Nagle: a pair leaves when it is there.
-        let (socket, _) = connect_async_with_config(url, Some(limits), true).await.map_err(refused)?;
+        let (socket, _) = connect_async_with_config(request, Some(limits), true).await.map_err(refused)?;
         let mut link = Self { socket };
         link.put(to_server::Body::Hello(protocol::hello(SOFTWARE))).await?;
-        expect_hello(Some(link.receive().await?))?;
+        let takeover_token = expect_hello(Some(link.receive().await?))?;
         link.put(to_server::Body::Calibration(purpose.calibration.clone())).await?;
-        Ok((link, session))
+        Ok((link, Joined { session, takeover_token }))
     }
 
     pub async fn send(&mut self, pair: StereoPair) -> Result<(), LinkError> {

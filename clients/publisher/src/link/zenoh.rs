@@ -12,7 +12,7 @@ use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 use zenoh::sample::{Sample, SampleKind};
 
-use super::{LinkError, Purpose, SOFTWARE, expect_hello, read};
+use super::{Joined, LinkError, Purpose, SOFTWARE, expect_hello, read};
 
 /// Opening a session may build GPU pipelines first.
 const OPEN_TIMEOUT: Duration = Duration::from_secs(60);
@@ -36,7 +36,7 @@ enum Incoming {
 }
 
 impl ZenohLink {
-    pub async fn connect(endpoint: &str, purpose: &Purpose) -> Result<(Self, SessionId), LinkError> {
+    pub async fn connect(endpoint: &str, purpose: &Purpose) -> Result<(Self, Joined), LinkError> {
         let session = open(endpoint).await.map_err(LinkError::lost)?;
         let source: SessionId = format!("cart-{}", session.zid()).parse().map_err(LinkError::lost)?;
         let id = match &purpose.session {
@@ -44,8 +44,8 @@ impl ZenohLink {
             None => format!("zenoh-{}", session.zid()).parse().map_err(LinkError::lost)?,
         };
         let link = Self::declare(session, source, &id).await.map_err(LinkError::lost)?;
-        link.calibrate(&id, purpose).await?;
-        Ok((link, id))
+        let takeover_token = link.calibrate(&id, purpose).await?;
+        Ok((link, Joined { session: id, takeover_token }))
     }
 
     /// The token comes first, so that the server never knows the cart without it.
@@ -79,23 +79,19 @@ impl ZenohLink {
         Ok(Self { session, source, pairs, incoming, _token: token, _subscribers: [poses, replies, server] })
     }
 
-    async fn calibrate(&self, id: &SessionId, purpose: &Purpose) -> Result<(), LinkError> {
-        let hello =
-            self.ask(&Lane::Control.key(id), to_server::Body::Hello(protocol::hello(SOFTWARE))).await?;
-        expect_hello(hello)?;
+    async fn calibrate(&self, id: &SessionId, purpose: &Purpose) -> Result<String, LinkError> {
+        let hello = to_server::Body::Hello(protocol::hello(SOFTWARE));
+        let hello = protocol::to_server(hello, Some(&self.source));
+        expect_hello(self.ask(&Lane::Control.key(id), hello).await?)?;
         let calibration = to_server::Body::Calibration(purpose.calibration.clone());
+        let calibration = protocol::to_server_taking_over(calibration, &self.source, &purpose.takeover_token);
         expect_hello(self.ask(&Lane::IngestCalibration.key(id), calibration).await?)
     }
 
     /// The first answer to a query; a refusal is an answer too.
-    async fn ask(&self, key: &str, body: to_server::Body) -> Result<Option<from_server::Body>, LinkError> {
-        let answers = self
-            .session
-            .get(key)
-            .payload(protocol::to_server(body, Some(&self.source)))
-            .timeout(OPEN_TIMEOUT)
-            .await
-            .map_err(LinkError::lost)?;
+    async fn ask(&self, key: &str, envelope: Bytes) -> Result<Option<from_server::Body>, LinkError> {
+        let answers =
+            self.session.get(key).payload(envelope).timeout(OPEN_TIMEOUT).await.map_err(LinkError::lost)?;
         let answer = answers.recv_async().await.map_err(|_| LinkError::lost("no server answers"))?;
         let payload = match answer.result() {
             Ok(sample) => sample.payload(),
