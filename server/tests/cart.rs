@@ -6,7 +6,7 @@ mod support;
 use std::path::PathBuf;
 
 use geometry::{Pinhole, Rgb, StereoRig};
-use mis_slam_cart::{CartConfig, CartError, Endpoint, PublishOptions, publish_recording};
+use mis_slam_cart::{CartConfig, CartError, Encoding, Endpoint, PublishOptions, publish_recording};
 use protocol::v1::Reason;
 use recording::{Calibration, RecordingWriter};
 use support::{SIZE_PX, TestServer};
@@ -15,9 +15,8 @@ use tempfile::TempDir;
 const PAIRS: u64 = 20;
 
 fn config() -> CartConfig {
-    let quick = [("cart.give_up_s", "0.5"), ("cart.retry_first_s", "0.05")];
-    let overrides = quick.map(|(key, value)| (key.to_owned(), value.to_owned()));
-    CartConfig::load(None, &overrides).expect("the defaults are complete")
+    CartConfig::load(None, &["cart.give_up_s=0.5".into(), "cart.retry_first_s=0.05".into()])
+        .expect("the defaults are complete")
 }
 
 /// A recording of 20 pairs at 100 Hz.
@@ -39,9 +38,12 @@ fn recording(folder: &TempDir, baseline_m: f64) -> PathBuf {
 
 fn options(recording: PathBuf, to: &str, session: Option<&str>) -> PublishOptions {
     PublishOptions {
-        recording,
+        source: recording,
+        rig_file: None,
+        encoding: Encoding::Jpeg { quality: 90 },
         to: to.parse().unwrap(),
         session: session.map(|id| id.parse().unwrap()),
+        takeover_token: None,
         rate: 1.0,
         repeat: false,
     }
@@ -91,9 +93,10 @@ async fn an_open_session_is_joined_and_what_starts_over_goes_on() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_server_that_refuses_ends_the_stream_with_its_reason() {
-    let (server, folder) = (TestServer::start().await, TempDir::new().unwrap());
+    let server = TestServer::start_with(|config| config.rig.baseline_max_mm = 4.0).await;
+    let folder = TempDir::new().unwrap();
     let to = format!("ws://{}", server.address);
-    let refused = publish(&options(recording(&folder, 0.5), &to, None)).await.unwrap_err();
+    let refused = publish(&options(recording(&folder, 0.005), &to, None)).await.unwrap_err();
     assert!(matches!(refused, CartError::Refused { reason: Reason::InvalidCalibration, .. }), "{refused}");
     assert!(!refused.is_bad_input());
 }
@@ -121,6 +124,62 @@ async fn a_server_that_is_away_is_given_up_and_a_missing_recording_is_bad_input(
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn cameras_and_images_that_make_no_sense_are_told_before_anything_is_sent() {
+    let folder = TempDir::new().unwrap();
+    let nobody = "ws://127.0.0.1:9";
+    let wide = publish(&options(recording(&folder, 0.5), nobody, None)).await.unwrap_err();
+    assert!(wide.is_bad_input() && wide.to_string().contains("baseline"), "{wide}");
+
+    let images = folder.path().join("images");
+    let rig = "image_width_px = 64";
+    for eye in ["left", "right"] {
+        std::fs::create_dir_all(images.join(eye)).unwrap();
+        std::fs::write(images.join(eye).join("0001.png"), b"no image").unwrap();
+    }
+    std::fs::write(images.join("rig.toml"), rig).unwrap();
+    let nonsense = publish(&options(images, nobody, None)).await.unwrap_err();
+    assert!(nonsense.is_bad_input(), "{nonsense}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_folder_of_images_is_streamed_as_jpeg() {
+    let (server, folder) = (TestServer::start().await, TempDir::new().unwrap());
+    let images = folder.path().join("images");
+    for eye in ["left", "right"] {
+        std::fs::create_dir_all(images.join(eye)).unwrap();
+        for number in 0..5 {
+            let picture = Rgb::from_fn(SIZE_PX.0, SIZE_PX.1, |x, y| [x as u8, y as u8, number * 20]);
+            let png = recording::encode_png_rgb(&picture).unwrap().bytes;
+            std::fs::write(images.join(eye).join(format!("{number:04}.png")), png).unwrap();
+        }
+    }
+    std::fs::write(images.join("rig.toml"), RIG).unwrap();
+    let report = publish(&options(images, &format!("ws://{}", server.address), None)).await.unwrap();
+    assert_eq!((report.sent + report.skipped, report.refused.len()), (5, 0), "{report:?}");
+}
+
+/// A rig file of the folder.
+const RIG: &str = include_str!("support/rig.toml");
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_second_cart_takes_over_with_the_token_only() {
+    let (server, folder) = (TestServer::start().await, TempDir::new().unwrap());
+    let to = format!("ws://{}", server.address);
+    let recording = recording(&folder, 0.005);
+    let looped = PublishOptions { repeat: true, ..options(recording.clone(), &to, Some("theatre-3")) };
+    let first = tokio::spawn(async move { publish(&looped).await });
+    server.state_when_open("theatre-3", |state| state["pairs_received"].as_u64() > Some(3)).await;
+    let again = options(recording, &to, Some("theatre-3"));
+    let refused = publish(&again).await.unwrap_err();
+    assert!(matches!(refused, CartError::Refused { reason: Reason::SessionBusy, .. }), "{refused}");
+    let session = server.registry.find("theatre-3").unwrap();
+    let takeover_token = Some(session.hub().takeover_token().to_owned());
+    publish(&PublishOptions { takeover_token, ..again }).await.unwrap();
+    let ended = support::within(first).await.unwrap().unwrap_err();
+    assert!(matches!(ended, CartError::Refused { reason: Reason::TakenOver, .. }), "{ended}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_server_that_comes_back_is_found_again() {
     let folder = TempDir::new().unwrap();
     let mut server = TestServer::start().await;
@@ -129,7 +188,7 @@ async fn a_server_that_comes_back_is_found_again() {
         repeat: true,
         ..options(recording(&folder, 0.005), &format!("ws://{address}"), Some("theatre-3"))
     };
-    let patient = CartConfig::load(None, &[("cart.retry_first_s".into(), "0.05".into())]).unwrap();
+    let patient = CartConfig::load(None, &["cart.retry_first_s=0.05".into()]).unwrap();
     let story = async {
         server.state_when_open("theatre-3", |state| state["pairs_received"].as_u64() > Some(3)).await;
         server.stop();

@@ -167,7 +167,12 @@ async fn peers_that_do_not_speak_the_protocol_are_told_so() {
     let server = TestServer::start().await;
     server.open("a").await;
     let mut from_the_future = server.connect(&ingest("a")).await;
-    let hello = v1::Hello { oldest_version: 90, newest_version: 99, software: "future".into() };
+    let hello = v1::Hello {
+        oldest_version: 90,
+        newest_version: 99,
+        software: "future".into(),
+        ..v1::Hello::default()
+    };
     from_the_future.say(to_server::Body::Hello(hello)).await;
     let (last_words, code) = from_the_future.hear_close().await;
     let reason = last_words.and_then(support::refusal).map(|refusal| refusal.reason());

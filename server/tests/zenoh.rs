@@ -200,7 +200,7 @@ async fn what_is_refused_is_refused_with_a_reason() {
     let key = Lane::IngestCalibration.key(&id("z"));
     let misplaced = to_server::Body::Hello(protocol::hello("test"));
     let future =
-        to_server::Body::Hello(v1::Hello { oldest_version: 9, newest_version: 9, software: String::new() });
+        to_server::Body::Hello(v1::Hello { oldest_version: 9, newest_version: 9, ..v1::Hello::default() });
     for (key, body, reason) in [
         (key.clone(), to_server::Body::Calibration(broken), Reason::InvalidCalibration),
         (key, misplaced.clone(), Reason::MalformedMessage),

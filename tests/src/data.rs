@@ -20,6 +20,17 @@ pub fn shared_data(relative: &str) -> Option<PathBuf> {
     None
 }
 
+/// The Python with the public packages of `tests/compat/requirements.txt`; `None`, said aloud, where there is none.
+pub fn python() -> Option<PathBuf> {
+    let named = std::env::var_os("MIS_SLAM_PYTHON").map(PathBuf::from);
+    let python = named.unwrap_or_else(|| workspace().join("target/python/bin/python"));
+    if python.exists() {
+        return Some(python);
+    }
+    eprintln!("skipped: {} is not there; config/setup.sh --test installs it", python.display());
+    None
+}
+
 /// Simulates a small rigid scene into `directory/NAME.mcap` with the real command.
 pub fn simulate(directory: &Path, name: &str, arguments: &[&str]) -> PathBuf {
     let path = directory.join(name).with_extension("mcap");

@@ -31,6 +31,8 @@ impl Server {
             "--set",
             "zenoh.listen=['tcp/127.0.0.1:0']",
         ]);
+        // Nothing is left behind unless a test says where.
+        command.args(["--set", "storage.directory=", "--set", "storage.free_min_mib=0"]);
         for setting in settings {
             command.args(["--set", setting]);
         }
@@ -51,10 +53,33 @@ impl Server {
         self.http.replacen("http", "ws", 1)
     }
 
+    /// POST of a JSON body, the answer parsed.
+    pub fn post(&self, path: &str, body: &Value) -> Value {
+        let response = ureq::post(format!("{}{path}", self.http)).send_json(body);
+        response.expect("an answer").body_mut().read_json().expect("a JSON answer")
+    }
+
+    /// DELETE.
+    pub fn delete(&self, path: &str) {
+        ureq::delete(format!("{}{path}", self.http)).call().expect("an answer");
+    }
+
+    /// GET of a file.
+    pub fn get_bytes(&self, path: &str) -> Vec<u8> {
+        let mut response = ureq::get(format!("{}{path}", self.http)).call().expect("an answer");
+        let limited = response.body_mut().with_config().limit(1 << 30);
+        limited.read_to_vec().expect("its bytes")
+    }
+
     /// GET, parsed.
     pub fn get(&self, path: &str) -> Value {
         let response = ureq::get(format!("{}{path}", self.http)).call();
         response.expect("an answer").body_mut().read_json().expect("a JSON answer")
+    }
+
+    /// The server's process.
+    pub fn process_id(&self) -> u32 {
+        self.child.id()
     }
 
     /// Waits until `condition` finds what it looks for in the answer to GET `path`.

@@ -11,17 +11,17 @@ use futures_util::{SinkExt, StreamExt};
 use geometry::Rgb;
 use mis_slam::publish::model_lane::ModelUpdate;
 use mis_slam::service::{Service, ServiceConfig, ServiceError};
-use mis_slam::session::engine::{Engine, EngineError, RunningEngine};
+use mis_slam::session::engine::{Engine, EngineError, EngineResults, EngineStart, RunningEngine};
 use mis_slam::session::hub::{Hub, PoseUpdate};
 use mis_slam::session::mailbox::MailboxReceiver;
 use mis_slam::session::registry::Registry;
 use mis_slam::session::worker::StereoPair;
 use protocol::WireSurfel;
 use protocol::v1::{self, TrackingOutcome, from_server, to_server};
-use recording::Calibration;
 use replica::Replica;
 use tokio::net::TcpStream;
 use tokio::sync::oneshot;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
@@ -44,6 +44,8 @@ pub fn defaults() -> ServiceConfig {
     config.server.listen = "127.0.0.1:0".parse().unwrap();
     config.zenoh.enabled = false;
     config.zenoh.listen = vec!["tcp/127.0.0.1:0".into()];
+    config.storage.directory = "".into();
+    config.storage.free_min_mib = 0;
     config
 }
 
@@ -52,10 +54,25 @@ impl TestServer {
         Self::start_with(|_| {}).await
     }
 
-    pub async fn start_with(change: impl FnOnce(&mut ServiceConfig)) -> Self {
+    /// Why a server with such a configuration does not start.
+    pub async fn refused_with(change: impl FnOnce(&mut ServiceConfig)) -> ServiceError {
         let mut config = defaults();
         change(&mut config);
-        let service = Service::bind(&config, Arc::new(CountingEngine)).await.unwrap();
+        match Service::bind(&config, Arc::new(CountingEngine)).await {
+            Err(error) => error,
+            Ok(_) => panic!("the server starts"),
+        }
+    }
+
+    pub async fn start_with(change: impl FnOnce(&mut ServiceConfig)) -> Self {
+        Self::start_on(Arc::new(CountingEngine), change).await
+    }
+
+    /// A server whose sessions compute with another engine.
+    pub async fn start_on(engine: Arc<dyn Engine>, change: impl FnOnce(&mut ServiceConfig)) -> Self {
+        let mut config = defaults();
+        change(&mut config);
+        let service = Service::bind(&config, engine).await.unwrap();
         let address = service.address().unwrap();
         let zenoh_endpoints = service.zenoh_endpoints().await;
         let registry = Arc::clone(service.registry());
@@ -81,17 +98,44 @@ impl TestServer {
         path: &str,
         body: Option<serde_json::Value>,
     ) -> (u16, serde_json::Value) {
+        self.request_as(None, method, path, body).await
+    }
+
+    pub async fn request_as(
+        &self,
+        token: Option<&str>,
+        method: &str,
+        path: &str,
+        body: Option<serde_json::Value>,
+    ) -> (u16, serde_json::Value) {
+        let bytes = body.map(|body| body.to_string().into_bytes()).unwrap_or_default();
+        let (status, answer) = self.exchange(token, method, path, bytes).await;
+        (status, serde_json::from_slice(&answer).unwrap_or_default())
+    }
+
+    pub async fn upload(&self, path: &str, bytes: Vec<u8>) -> (u16, serde_json::Value) {
+        let (status, answer) = self.exchange(None, "PUT", path, bytes).await;
+        (status, serde_json::from_slice(&answer).unwrap_or_default())
+    }
+
+    pub async fn download(&self, path: &str) -> (u16, Vec<u8>) {
+        self.exchange(None, "GET", path, Vec::new()).await
+    }
+
+    async fn exchange(&self, token: Option<&str>, method: &str, path: &str, body: Vec<u8>) -> (u16, Vec<u8>) {
         let url = format!("http://{}{path}", self.address);
         let method = ureq::http::Method::from_bytes(method.as_bytes()).unwrap();
+        let authorization = token.map(|token| format!("Bearer {token}"));
         tokio::task::spawn_blocking(move || {
             let agent: ureq::Agent = ureq::Agent::config_builder().http_status_as_error(false).build().into();
             let request = ureq::http::Request::builder().method(method).uri(url);
             let request = request.header("content-type", "application/json");
-            let text = body.map(|body| body.to_string()).unwrap_or_default();
-            let mut response = agent.run(request.body(text).unwrap()).unwrap();
-            let status = response.status().as_u16();
-            let text = response.body_mut().read_to_string().unwrap();
-            (status, serde_json::from_str(&text).unwrap_or_default())
+            let request = match authorization {
+                Some(authorization) => request.header("authorization", authorization),
+                None => request,
+            };
+            let mut response = agent.run(request.body(body).unwrap()).unwrap();
+            (response.status().as_u16(), response.body_mut().read_to_vec().unwrap())
         })
         .await
         .unwrap()
@@ -154,10 +198,15 @@ impl TestServer {
 
     /// Status of a refused upgrade.
     pub async fn refused_upgrade(&self, path: &str) -> u16 {
-        match connect_async(format!("ws://{}{path}", self.address)).await {
-            Err(Error::Http(response)) => response.status().as_u16(),
-            other => panic!("{other:?}"),
-        }
+        refusal_status(format!("ws://{}{path}", self.address)).await
+    }
+}
+
+/// Status of a refused upgrade.
+pub async fn refusal_status(request: impl IntoClientRequest + Unpin) -> u16 {
+    match connect_async(request).await {
+        Err(Error::Http(response)) => response.status().as_u16(),
+        other => panic!("{other:?}"),
     }
 }
 
@@ -273,7 +322,7 @@ struct CountingThread(JoinHandle<()>);
 impl Engine for CountingEngine {
     fn start(
         &self,
-        _: &Calibration,
+        _: &EngineStart,
         pairs: MailboxReceiver<StereoPair>,
         hub: Arc<Hub>,
     ) -> Result<Box<dyn RunningEngine>, EngineError> {
@@ -289,8 +338,9 @@ impl Engine for CountingEngine {
 }
 
 impl RunningEngine for CountingThread {
-    fn join(self: Box<Self>) {
+    fn join(self: Box<Self>) -> Option<EngineResults> {
         self.0.join().unwrap();
+        None
     }
 }
 
