@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Deserialize;
-use settings::SettingsError;
+pub use settings::SettingsError;
 
 /// Every option of the server; one field for each section of `config/server.toml`.
 #[derive(Clone, Debug, Deserialize)]

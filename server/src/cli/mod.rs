@@ -6,9 +6,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use settings::SettingsError;
 
-use crate::config::Config;
+use crate::config::{Config, SettingsError};
 
 mod demo;
 mod disparity;

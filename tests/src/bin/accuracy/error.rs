@@ -15,7 +15,7 @@ pub enum AccuracyError {
     },
     /// The configuration.
     #[error(transparent)]
-    Config(#[from] mis_slam::config::ConfigError),
+    Config(#[from] mis_slam::config::SettingsError),
     /// A scene could not be simulated.
     #[error(transparent)]
     Simulated(#[from] mis_slam::simulated::SimulatedError),
