@@ -147,6 +147,14 @@ pub struct PatchConfig {
     pub shift_max_px: f64,
     /// By how much a surface must be nearer to hide another from the right eye.
     pub hidden_tolerance_px: f64,
+    /// Standard deviation under the best conditions; the whole is the root of the sum of the squares of these.
+    pub floor_px: f64,
+    /// Times the residual of the patch.
+    pub residual_factor: f64,
+    /// Grey levels of noise: divided by the root of the summed squared gradients of the patch.
+    pub noise_levels: f64,
+    /// Times the share of the patch that is not on its plane.
+    pub missing_px: f64,
 }
 
 /// What is done to the matched disparities.
@@ -179,8 +187,6 @@ pub struct SpreadConfig {
     pub curvature_px: f64,
     /// Times the share of the window that is not on the plane.
     pub missing_px: f64,
-    /// Grey levels of noise: divided by the root of the summed squared gradients of a patch.
-    pub noise_levels: f64,
 }
 
 impl DisparityConfig {
@@ -272,6 +278,10 @@ impl PatchConfig {
             ("disparity.patch.gate_px", self.gate_px),
             ("disparity.patch.shift_max_px", self.shift_max_px),
             ("disparity.patch.hidden_tolerance_px", self.hidden_tolerance_px),
+            ("disparity.patch.floor_px", self.floor_px),
+            ("disparity.patch.residual_factor", self.residual_factor),
+            ("disparity.patch.noise_levels", self.noise_levels),
+            ("disparity.patch.missing_px", self.missing_px),
         ];
         all_positive(&positive)
     }
@@ -304,7 +314,6 @@ impl SpreadConfig {
             ("disparity.spread.residual_factor", self.residual_factor),
             ("disparity.spread.curvature_px", self.curvature_px),
             ("disparity.spread.missing_px", self.missing_px),
-            ("disparity.spread.noise_levels", self.noise_levels),
         ];
         factors.into_iter().try_for_each(|(field, value)| {
             require(value.is_finite() && value >= 0.0, field, value, "a finite number from 0 up")

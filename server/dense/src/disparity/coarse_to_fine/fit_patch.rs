@@ -4,8 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use gpu::Binding::{Read, ReadWrite, Uniform};
 use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 
+use crate::disparity::PatchConfig;
 use crate::disparity::band::Band;
-use crate::disparity::{PatchConfig, SpreadConfig};
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "fit_patch",
@@ -28,15 +28,15 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    pub fn new(config: &PatchConfig, spread: &SpreadConfig) -> Self {
+    pub fn new(config: &PatchConfig) -> Self {
         Self {
             stride: config.stride_px as i32,
             gate: config.gate_px as f32,
             shift_max: config.shift_max_px as f32,
-            sigma_floor: spread.floor_px as f32,
-            residual_factor: spread.residual_factor as f32,
-            noise_levels: spread.noise_levels as f32,
-            missing_factor: spread.missing_px as f32,
+            sigma_floor: config.floor_px as f32,
+            residual_factor: config.residual_factor as f32,
+            noise_levels: config.noise_levels as f32,
+            missing_factor: config.missing_px as f32,
             padding: 0.0,
         }
     }

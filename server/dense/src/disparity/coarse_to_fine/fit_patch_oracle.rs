@@ -45,7 +45,7 @@ fn patch(
     if count < 6 || spanned <= 0.001 * weight * weight || plane[0].abs() > config.patch.shift_max_px {
         return (own, close);
     }
-    let spread = &config.spread;
+    let spread = &config.patch;
     let terms = [
         spread.floor_px,
         spread.residual_factor * ((square - plane.dot(&right)).max(0.0) / weight).sqrt(),
@@ -70,7 +70,7 @@ fn patches_equal_the_mirror_and_keep_their_plane_where_there_is_no_other() {
             })
             .collect();
         let (targets, fitted) = (holding(&bench, &asked), holding(&bench, &given));
-        let patch_fit = Patch::new(&bench.config.patch, &bench.config.spread);
+        let patch_fit = Patch::new(&bench.config.patch);
         let kernel = fit_patch::bind(&bench.gpu, &bench.uniform, &patch_fit, &targets, &fitted).unwrap();
         bench.run(&kernel, grid(&bench));
         let (mut compared, mut moved) = (0, 0);

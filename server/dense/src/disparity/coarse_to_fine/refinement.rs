@@ -37,7 +37,7 @@ impl Refinement {
         let passed =
             [gpu.storage("left high pass", image.pixels())?, gpu.storage("right high pass", image.pixels())?];
         let pooled = gpu.storage("pooled patch targets", whole.pixels())?;
-        let patch = Patch::new(&config.patch, &config.spread);
+        let patch = Patch::new(&config.patch);
         Ok(Self {
             grid: [whole.width, whole.height, 1],
             strips: [image.words, image.height.div_ceil(ROWS), 1],
