@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::{DenseError, NodeConfig};
+use crate::{DenseError, NodeConfig, WarpConfig};
 
 /// The largest number of slots that a claim key can hold.
 const SLOT_LIMIT: u32 = 1 << 24;
@@ -23,12 +23,12 @@ pub struct DenseConfig {
     pub compaction_dead_share: f64,
     /// `[dense.nodes]`.
     pub nodes: NodeConfig,
+    /// `[dense.warp]`.
+    pub warp: WarpConfig,
     /// `[dense.fusion]`.
     pub fusion: FusionConfig,
     /// `[dense.color]`.
     pub color: ColorConfig,
-    /// `[dense.warp]`.
-    pub warp: WarpConfig,
     /// `[dense.rejection]`.
     pub rejection: RejectionConfig,
     /// `[dense.publish]`.
@@ -79,16 +79,6 @@ pub struct ColorConfig {
     pub weight_max: f32,
     /// Levels by which a pixel may be brighter than its surfel before it counts as a highlight.
     pub highlight_levels: f32,
-}
-
-/// How the model deforms.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WarpConfig {
-    /// Whether it does; without, the model is rigid.
-    pub enabled: bool,
-    /// Whether the solver leaves out the pixels of `shared/held_out.wgsl`, for measuring what it does elsewhere.
-    pub hold_out: bool,
 }
 
 /// Which frames are not fused.
@@ -146,6 +136,7 @@ impl DenseConfig {
             require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")?;
         }
         self.nodes.check()?;
+        self.warp.check()?;
         let scale = self.index_map_scale;
         require([1, 2, 4].contains(&scale), "dense.index_map_scale", f64::from(scale), "1, 2 or 4")?;
         let limit = self.surfel_limit;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use geometry::{DepthMap, Mask, Pose, Rgb, StereoRig};
 use gpu::{FrameRecorder, Gpu, StageTime};
+use nalgebra::Point3;
 
 use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
 use crate::model::{DiscardReason, FusionReport, SurfelModel};
@@ -58,6 +59,8 @@ pub struct StepReport {
     pub refused: u32,
     /// Deformation nodes after the frame.
     pub nodes: u32,
+    /// The tracker's pose, corrected by the warp's solve; `None` without one.
+    pub world_from_camera: Option<Pose>,
     /// Error of the model before the frame was fused; `None` where nothing of it was in view.
     pub back_projection: Option<BackProjection>,
     /// Time of each stage.
@@ -112,6 +115,7 @@ impl DenseSlam {
         self.preprocess.upload(&self.gpu, frame.left, frame.right, frame.mask)?;
         self.surface.set_drift(&self.gpu, frame.disparity_drift_px)?;
         if let Some(world_from_camera) = frame.world_from_camera {
+            self.model.set_matches(frame.correspondences)?;
             self.model.prepare(frame.index, world_from_camera)?;
         }
         let mut recorder = FrameRecorder::begin(&self.gpu, self.model.timer());
@@ -133,6 +137,22 @@ impl DenseSlam {
     pub fn depth_map(&self) -> Result<DepthMap, DenseError> {
         let depth = self.gpu.read(&self.observation.depth)?;
         Ok(DepthMap::from_vec(self.observation.width, self.observation.height, depth)?)
+    }
+
+    /// Takes up material points, by id, where they are in the model's present shape (world, metres).
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn follow(&mut self, points: &[(u32, Point3<f64>)]) -> Result<(), DenseError> {
+        self.model.follow(points)
+    }
+
+    /// Where the material points are now, in the order in which they were taken up.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn followed(&self) -> Result<Vec<(u32, Point3<f64>)>, DenseError> {
+        self.model.followed()
     }
 
     /// The changes of the stable model since the last call.
@@ -166,7 +186,8 @@ impl DenseSlam {
             discarded_reason,
             surfels: self.model.surfel_counts().1,
             refused: fusion.as_ref().map_or(0, |fusion| fusion.refused),
-            nodes: fusion.as_ref().map_or(0, |fusion| fusion.nodes),
+            nodes: fusion.as_ref().map_or(0, |fusion| fusion.warp.nodes),
+            world_from_camera: fusion.as_ref().map(|fusion| fusion.warp.world_from_camera),
             back_projection: fusion.and_then(|fusion| fusion.back_projection),
             stages: times.stages,
             dispatches: times.dispatches,

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use geometry::{Pinhole, Pose};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// A pinhole camera and where it stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,4 +40,14 @@ impl View {
 fn rows(pose: &Pose) -> [[f32; 4]; 3] {
     let matrix = pose.to_homogeneous();
     [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| matrix[(row, column)] as f32))
+}
+
+impl GpuView {
+    /// The pose of the camera; its rotation is brought back to one where rounding has made it another matrix.
+    pub fn world_from_camera(&self) -> Pose {
+        let rows = self.world_from_camera;
+        let matrix = Matrix3::from_fn(|row, column| f64::from(rows[row][column]));
+        let rotation = UnitQuaternion::from_matrix(&matrix);
+        Pose::from_parts(Vector3::from_fn(|row, _| f64::from(rows[row][3])).into(), rotation)
+    }
 }

@@ -1,5 +1,6 @@
 //! One frame's GPU work: stages recorded into one encoder, submitted once.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use bytemuck::Pod;
@@ -79,6 +80,22 @@ impl<'a> FrameRecorder<'a> {
     /// Zeroes a buffer.
     pub fn clear<T: Pod>(&mut self, buffer: &GpuBuffer<T>) {
         self.encoder.clear_buffer(buffer.raw(), 0, None);
+    }
+
+    /// Zeroes the elements of `range`.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfRange`].
+    pub fn clear_range<T: Pod>(
+        &mut self,
+        buffer: &GpuBuffer<T>,
+        range: Range<usize>,
+    ) -> Result<(), GpuError> {
+        buffer.check_range(range.start, range.len())?;
+        let size = size_of::<T>() as u64;
+        let bytes = Some(range.len() as u64 * size);
+        self.encoder.clear_buffer(buffer.raw(), range.start as u64 * size, bytes);
+        Ok(())
     }
 
     /// Copies the first `len` elements of `source`.

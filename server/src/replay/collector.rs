@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use dense::{DenseSlam, Rendering, Surfel};
-use geometry::Rgb;
 use geometry::trajectory::StampedPose;
+use geometry::{Pose, Rgb};
 use recording::export;
 
 use super::frames::FrameRow;
@@ -170,6 +170,13 @@ impl<T: Clone> Samples<T> {
 }
 
 impl Collected {
+    /// The warp's solve corrects the pose that the tracker gave: the model is where the corrected one says.
+    fn correct_pose(&mut self, stamp_ns: u64, world_from_camera: &Pose) {
+        if let Some(pose) = self.trajectory.iter_mut().rev().find(|pose| pose.stamp_ns == stamp_ns) {
+            pose.world_from_camera = *world_from_camera;
+        }
+    }
+
     fn count_reason(&mut self, reason: &str) {
         *self.reasons.entry(reason.to_string()).or_default() += 1;
     }
@@ -240,6 +247,7 @@ impl Sink for Collector {
         let front_ms = collected.front_ms.remove(&pair.sequence).unwrap_or(0.0);
         collected.frame_ms.push(front_ms + pair.dense_ms);
         let Some(world_from_camera) = &pair.world_from_camera else { return Ok(()) };
+        collected.correct_pose(pair.stamp_ns, world_from_camera);
         if pair.report.fused {
             collected.counts.fused += 1;
             collected.nodes = pair.report.nodes;
@@ -259,7 +267,8 @@ impl Sink for Collector {
                 world_from_camera,
                 depth,
             };
-            collected.points.observe(model.rig(), &frame);
+            model.follow(&collected.points.take_up(model.rig(), &frame))?;
+            collected.points.note(frame.frame, &model.followed()?);
         }
         Ok(())
     }

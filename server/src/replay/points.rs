@@ -1,6 +1,6 @@
 //! Follows the truth's material points with the model, for `points.csv`.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use geometry::{DepthMap, Pose, StereoRig};
 use nalgebra::{Point2, Point3};
@@ -9,10 +9,10 @@ use recording::export::TrackedPoint;
 /// A truth point is taken up where the measured depth at its pixel is this close to it: elsewhere it is hidden.
 const VISIBLE_WITHIN_M: f64 = 2e-3;
 
-/// Takes a point up in the first frame that sees it and then carries it with the model; a rigid model keeps it.
+/// Chooses the points that a frame sees for the first time, for the model to carry along, and keeps what it says of them.
 #[derive(Default)]
 pub struct PointFollower {
-    followed: BTreeMap<u32, Point3<f64>>,
+    taken_up: BTreeSet<u32>,
     estimates: Vec<TrackedPoint>,
 }
 
@@ -29,22 +29,25 @@ pub struct PointFrame<'a> {
 }
 
 impl PointFollower {
-    /// Takes up the points that are seen for the first time, then notes where all followed ones are.
-    pub fn observe(&mut self, rig: &StereoRig, frame: &PointFrame) {
+    /// The points seen for the first time, by id, in the world.
+    pub fn take_up(&mut self, rig: &StereoRig, frame: &PointFrame) -> Vec<(u32, Point3<f64>)> {
+        let mut fresh = Vec::new();
         for (id, in_camera) in frame.points_in_camera {
-            if !self.followed.contains_key(id) && is_seen(rig, frame.depth, in_camera) {
-                self.followed.insert(*id, frame.world_from_camera * in_camera);
+            if is_seen(rig, frame.depth, in_camera) && self.taken_up.insert(*id) {
+                fresh.push((*id, frame.world_from_camera * in_camera));
             }
         }
-        let now = self.followed.iter().map(|(&id, &point_in_world)| TrackedPoint {
-            frame: frame.frame,
-            id,
-            point_in_world,
-        });
-        self.estimates.extend(now);
+        fresh
     }
 
-    /// All estimates in the order of frames, then ids.
+    /// Notes where the model has the points in a frame.
+    pub fn note(&mut self, frame: u32, points_in_world: &[(u32, Point3<f64>)]) {
+        let estimate =
+            |&(id, point_in_world): &(u32, Point3<f64>)| TrackedPoint { frame, id, point_in_world };
+        self.estimates.extend(points_in_world.iter().map(estimate));
+    }
+
+    /// All estimates in the order of frames, then of taking up.
     pub fn estimates(&self) -> &[TrackedPoint] {
         &self.estimates
     }
@@ -71,28 +74,31 @@ mod tests {
         right_cx_px: 32.0,
     };
 
-    fn observe(follower: &mut PointFollower, frame: u32, points: &[(u32, Point3<f64>)], depth_m: f32) {
+    fn take_up(
+        follower: &mut PointFollower,
+        points: &[(u32, Point3<f64>)],
+        depth_m: f32,
+    ) -> Vec<(u32, Point3<f64>)> {
         let (pose, depth) = (Pose::translation(0.0, 0.0, 1.0), DepthMap::filled(64, 48, depth_m));
-        let frame = PointFrame { frame, points_in_camera: points, world_from_camera: &pose, depth: &depth };
-        follower.observe(&RIG, &frame);
+        let frame =
+            PointFrame { frame: 0, points_in_camera: points, world_from_camera: &pose, depth: &depth };
+        follower.take_up(&RIG, &frame)
     }
 
     #[test]
-    fn a_point_is_taken_up_where_it_is_seen_and_stays_with_a_rigid_model() {
+    fn a_point_is_taken_up_once_where_it_is_seen() {
         let mut follower = PointFollower::default();
         let seen = (4, Point3::new(0.0, 0.0, 0.05));
         let (hidden, behind) = ((5, Point3::new(0.0, 0.0, 0.08)), (6, Point3::new(0.0, 0.0, -0.05)));
-        observe(&mut follower, 0, &[seen, hidden, behind], 0.05);
-        observe(&mut follower, 1, &[(4, Point3::new(0.01, 0.0, 0.05))], 0.05);
-        let expected = |frame| TrackedPoint { frame, id: 4, point_in_world: Point3::new(0.0, 0.0, 1.05) };
-        assert_eq!(follower.estimates(), [expected(0), expected(1)]);
+        let taken_up = take_up(&mut follower, &[seen, hidden, behind], 0.05);
+        assert_eq!(taken_up, [(4, Point3::new(0.0, 0.0, 1.05))]);
+        assert!(take_up(&mut follower, &[(4, Point3::new(0.01, 0.0, 0.05))], 0.05).is_empty());
     }
 
     #[test]
     fn unknown_depth_and_points_outside_the_image_take_up_nothing() {
         let mut follower = PointFollower::default();
-        observe(&mut follower, 0, &[(1, Point3::new(0.0, 0.0, 0.05))], 0.0);
-        observe(&mut follower, 0, &[(1, Point3::new(1e6, 0.0, 0.05))], 0.05);
-        assert!(follower.estimates().is_empty());
+        assert!(take_up(&mut follower, &[(1, Point3::new(0.0, 0.0, 0.05))], 0.0).is_empty());
+        assert!(take_up(&mut follower, &[(1, Point3::new(1e6, 0.0, 0.05))], 0.05).is_empty());
     }
 }

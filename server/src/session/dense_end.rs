@@ -178,7 +178,7 @@ impl DenseEnd {
             stamp_ns: job.pair.stamp_ns,
             sequence: job.pair.sequence,
             quality: job.quality,
-            world_from_camera: job.world_from_camera,
+            world_from_camera: report.world_from_camera.or(job.world_from_camera),
             report,
             dense_ms: milliseconds_since(started),
         };

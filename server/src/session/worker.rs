@@ -70,7 +70,7 @@ pub struct FusedPair {
     pub sequence: u64,
     /// Whether the picture was fit for fusion.
     pub quality: FrameQuality,
-    /// The pose it was fused at; `None` where tracking was lost or the picture unfit, and nothing was fused.
+    /// The pose it was fused at, corrected by the warp's solve; `None` where tracking was lost or the picture unfit, and nothing was fused.
     pub world_from_camera: Option<Pose>,
     /// Counts, residuals and stage times.
     pub report: StepReport,

@@ -1,30 +1,33 @@
-//! The rigid surfel model: one observation and one pose in, the model brought up to date.
+//! The deforming surfel model: one observation and one pose in, the model brought up to date.
 
 mod buffers;
 mod report;
+mod warping;
 
 pub(crate) use buffers::{FrameBuffers, checked_pixels};
 pub use report::{DiscardReason, FusionReport};
+use warping::{BoundWarp, Warping};
+pub use warping::{Node, WarpReport};
 
 use std::sync::Arc;
 
 use geometry::{Pose, StereoRig};
-use gpu::{FrameRecorder, Gpu, GpuError, KernelDeclaration, PrefixSum, Readback, StageTimer};
+use gpu::{FrameRecorder, Gpu, KernelDeclaration, PrefixSum, Readback, StageTimer};
+use nalgebra::Point3;
 
 use crate::change_set::{ChangeSet, Publisher};
 use crate::compaction::Compaction;
 use crate::config::DenseConfig;
-use crate::fusion::{Fusion, FusionSettings, RESULTS};
+use crate::fusion::{Fusion, FusionSettings, HISTOGRAM, RESULTS};
 use crate::index_map::SplatSettings;
-use crate::node_graph::{ALIVE_NODES, GraphSettings, NodeGraph, NodeStore};
 use crate::render::{self, Rendering};
+use crate::slam::Correspondence;
 use crate::statistics::Statistics;
 use crate::store::{Surfel, SurfelStore};
 use crate::tone::{self, ToneFit};
-use crate::warp::{NodeWarp, SurfelWarp, WarpParts};
 use crate::{
-    DenseError, Observation, View, change_set, compaction, disparity, fusion, index_map, node_graph,
-    preprocess, statistics, warp,
+    DenseError, Observation, View, change_set, compaction, disparity, followed, fusion, index_map,
+    node_graph, preprocess, statistics, warp, warp_solver,
 };
 
 /// Largest half width of a disc in the index map, pixels.
@@ -36,7 +39,7 @@ const SEED_STEP: u32 = 0x9E37_79B9;
 
 /// All kernels of this crate.
 pub fn kernels() -> Vec<KernelDeclaration> {
-    let folders: [&[KernelDeclaration]; 9] = [
+    let folders: [&[KernelDeclaration]; 11] = [
         &index_map::KERNELS,
         &statistics::KERNELS,
         &tone::KERNELS,
@@ -46,6 +49,8 @@ pub fn kernels() -> Vec<KernelDeclaration> {
         &render::KERNELS,
         &node_graph::KERNELS,
         &warp::KERNELS,
+        &warp_solver::KERNELS,
+        &followed::KERNELS,
     ];
     let mut all = folders.concat();
     all.extend(disparity::kernels());
@@ -64,15 +69,7 @@ struct Bound {
     marked: PrefixSum,
     compaction: Compaction,
     publisher: Publisher,
-    warp: ModelWarp,
-}
-
-/// The graph over the present arrays, and what it moves.
-#[derive(Debug)]
-struct ModelWarp {
-    graph: NodeGraph,
-    surfels: SurfelWarp,
-    nodes: NodeWarp,
+    warp: BoundWarp,
 }
 
 /// What the CPU knows of the arrays between frames.
@@ -97,8 +94,8 @@ pub struct SurfelModel {
     counts: Counts,
     results: Readback<u32>,
     lifted: Readback<u32>,
-    nodes: NodeStore,
-    node_state: Readback<u32>,
+    warping: Warping,
+    tracked: Pose,
     timer: StageTimer,
 }
 
@@ -117,13 +114,15 @@ impl SurfelModel {
         let pixels = checked_pixels(observation.width, observation.height)?;
         let timer = StageTimer::new(&gpu, STAGES_MAX)?;
         let store = SurfelStore::new(&gpu, config.surfel_capacity)?;
-        let nodes = NodeStore::new(&gpu, &config.nodes)?;
+        let warping = Warping::new(&gpu, observation, config)?;
         clear_held(&gpu, &timer, &store)?;
-        clear_nodes(&gpu, &timer, &nodes)?;
+        let mut frame = FrameRecorder::begin(&gpu, &timer);
+        warping.clear(&mut frame);
+        frame.submit().collect()?;
         Ok(Self {
-            bound: Bound::new(&gpu, &rig, observation, (store, &nodes), config)?,
-            node_state: Readback::new(&gpu, "node state read", nodes.state.len())?,
-            nodes,
+            bound: Bound::new(&gpu, &rig, observation, (store, &warping), config)?,
+            warping,
+            tracked: Pose::identity(),
             settings: FusionSettings::new(
                 config,
                 buffers::focal_baseline(&rig),
@@ -137,6 +136,32 @@ impl SurfelModel {
             config: config.clone(),
             gpu,
         })
+    }
+
+    /// Takes the tracker's matches from the last fused frame to the next one; before [`SurfelModel::prepare`].
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn set_matches(&mut self, matches: &[Correspondence]) -> Result<(), DenseError> {
+        // after a frame that was not fused, what is kept of it is not what they start from
+        let usable = if self.counts.rejected_in_row == 0 { matches } else { &[] };
+        Ok(self.warping.set_matches(&self.gpu, usable)?)
+    }
+
+    /// Takes up material points, by id, where they are in the model's present shape (world, metres).
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn follow(&mut self, points: &[(u32, Point3<f64>)]) -> Result<(), DenseError> {
+        Ok(self.warping.follow(&self.gpu, points)?)
+    }
+
+    /// Where the material points are now, in the order in which they were taken up.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn followed(&self) -> Result<Vec<(u32, Point3<f64>)>, DenseError> {
+        Ok(self.warping.followed(&self.gpu)?)
     }
 
     /// Makes room and sets the frame's camera and settings; call it before [`SurfelModel::record`].
@@ -156,13 +181,9 @@ impl SurfelModel {
         self.settings.accept_always =
             u32::from(counts.rejected_in_row >= self.config.rejection.frames_in_row_max);
         self.gpu.write(&self.bound.buffers.settings, 0, &[self.settings])?;
-        let graph = GraphSettings {
-            surfels: counts.slots,
-            frame: frame_index,
-            tick: counts.frames,
-            ..GraphSettings::new(&self.config.nodes)
-        };
-        self.gpu.write(&self.nodes.settings, 0, &[graph])?;
+        let tick = (counts.slots, frame_index, counts.frames);
+        self.warping.prepare(&self.gpu, &mut self.bound.warp, tick)?;
+        self.tracked = *world_from_camera;
         Ok(())
     }
 
@@ -172,8 +193,7 @@ impl SurfelModel {
     /// [`DenseError::Gpu`].
     pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
         let Bound { buffers, statistics, tone, fusion, warp, .. } = &self.bound;
-        warp.surfels.record(frame, self.counts.slots)?;
-        warp.nodes.record(frame)?;
+        let surfels = (buffers, self.counts.slots);
         let scale = self.config.index_map_scale;
         let splat = SplatSettings {
             slots: self.counts.slots,
@@ -186,10 +206,17 @@ impl SurfelModel {
         frame.clear(&buffers.results);
         buffers.index_map.record(&self.gpu, frame, &splat)?;
         statistics.record(frame, buffers)?;
+        if !self.warping.is_rigid() {
+            self.warping.record_warp(frame, warp, surfels)?;
+            buffers.index_map.record(&self.gpu, frame, &splat)?;
+            // judged again, as it will be fused; the counts of deleted surfels stay
+            frame.clear_range(&buffers.results, 0..1)?;
+            frame.clear_range(&buffers.results, HISTOGRAM..RESULTS)?;
+            statistics.record(frame, buffers)?;
+        }
         tone.record(frame, buffers)?;
         fusion.record(&self.gpu, frame, buffers, &self.settings)?;
-        warp.graph.record(frame, self.counts.slots)?;
-        self.node_state.fetch(frame, &self.nodes.state, 0);
+        self.warping.record_end(frame, warp, surfels)?;
         self.results.fetch(frame, &buffers.results, 0);
         self.lifted.fetch(frame, &buffers.lifted.total, 0);
         Ok(())
@@ -202,10 +229,9 @@ impl SurfelModel {
     pub fn finish(&mut self) -> Result<FusionReport, DenseError> {
         let results = self.results.read(&self.gpu)?;
         let wanted = self.lifted.read(&self.gpu)?[0];
-        let nodes = self.node_state.read(&self.gpu)?[ALIVE_NODES];
+        let warp = self.warping.finish(&self.gpu, &self.tracked)?;
         let before = self.surfel_counts();
-        let report = FusionReport::new(&results, before, (wanted, &self.settings), &self.config);
-        let report = FusionReport { nodes, ..report };
+        let report = FusionReport::new(&results, before, (wanted, &self.settings), warp, &self.config);
         let counts = &mut self.counts;
         counts.slots += report.lifted;
         counts.next_id += report.lifted;
@@ -231,6 +257,14 @@ impl SurfelModel {
     /// [`DenseError::Gpu`].
     pub fn surfels(&self) -> Result<Vec<Surfel>, DenseError> {
         Ok(self.bound.buffers.store.read(&self.gpu, self.counts.slots)?.stable())
+    }
+
+    /// The deformation nodes.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn nodes(&self) -> Result<Vec<Node>, DenseError> {
+        Ok(self.warping.nodes(&self.gpu)?)
     }
 
     /// A picture of the stable model.
@@ -277,7 +311,7 @@ impl SurfelModel {
         let mut frame = FrameRecorder::begin(&self.gpu, &self.timer);
         store.copy_from(&mut frame, &self.bound.buffers.store, self.counts.slots as usize)?;
         let observation = self.bound.buffers.observation.clone();
-        let grown = Bound::new(&self.gpu, &self.rig, &observation, (store, &self.nodes), &self.config)?;
+        let grown = Bound::new(&self.gpu, &self.rig, &observation, (store, &self.warping), &self.config)?;
         grown.tone.copy_from(&mut frame, &self.bound.tone)?;
         frame.submit().collect()?;
         self.bound = grown;
@@ -290,14 +324,14 @@ impl Bound {
         gpu: &Gpu,
         rig: &StereoRig,
         observation: &Observation,
-        (store, nodes): (SurfelStore, &NodeStore),
+        (store, warping): (SurfelStore, &Warping),
         config: &DenseConfig,
     ) -> Result<Self, DenseError> {
-        let warp = ModelWarp::new(gpu, nodes, &store)?;
         let marked = PrefixSum::new(gpu, store.capacity() as usize)?;
         let compaction = Compaction::new(gpu, &store, &marked)?;
         let publisher = Publisher::new(gpu, &store, &marked, &config.publish)?;
         let buffers = FrameBuffers::new(gpu, rig, observation, store, config)?;
+        let warp = warping.bind(gpu, &buffers)?;
         let statistics = Statistics::new(gpu, &buffers)?;
         let tone = ToneFit::new(gpu, &buffers)?;
         let fusion = Fusion::new(gpu, &buffers)?;
@@ -305,35 +339,9 @@ impl Bound {
     }
 }
 
-impl ModelWarp {
-    fn new(gpu: &Gpu, nodes: &NodeStore, store: &SurfelStore) -> Result<Self, GpuError> {
-        let parts = WarpParts {
-            settings: &nodes.settings,
-            rows: &nodes.rows,
-            hash: &nodes.hash,
-            transforms: &nodes.transforms,
-            geometry: &store.geometry,
-            orientation: &store.orientation,
-            state: &store.history,
-        };
-        Ok(Self {
-            graph: NodeGraph::new(gpu, nodes, store)?,
-            surfels: SurfelWarp::new(gpu, &parts)?,
-            nodes: NodeWarp::new(gpu, &nodes.rows, &nodes.transforms, &nodes.travelled)?,
-        })
-    }
-}
-
 fn clear_held(gpu: &Gpu, timer: &StageTimer, store: &SurfelStore) -> Result<(), DenseError> {
     let mut frame = FrameRecorder::begin(gpu, timer);
     store.clear_held(&mut frame);
-    frame.submit().collect()?;
-    Ok(())
-}
-
-fn clear_nodes(gpu: &Gpu, timer: &StageTimer, nodes: &NodeStore) -> Result<(), DenseError> {
-    let mut frame = FrameRecorder::begin(gpu, timer);
-    nodes.clear(&mut frame);
     frame.submit().collect()?;
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! What one frame did to the model.
 
+use super::WarpReport;
 use crate::config::DenseConfig;
 use crate::fusion::FusionSettings;
 use crate::statistics::BackProjection;
@@ -38,8 +39,8 @@ pub struct FusionReport {
     pub surfels: u32,
     /// Stable ones among them.
     pub stable: u32,
-    /// Deformation nodes after the frame.
-    pub nodes: u32,
+    /// How the model deformed before it was fused.
+    pub warp: WarpReport,
     /// Pixels with a measured depth.
     pub measured_pixels: u32,
     /// Error of the model before the frame was fused; `None` where nothing of it was in view.
@@ -53,6 +54,7 @@ impl FusionReport {
         results: &[u32],
         (alive, stable): (u32, u32),
         (wanted, settings): (u32, &FusionSettings),
+        warp: WarpReport,
         config: &DenseConfig,
     ) -> Self {
         let &[measured_pixels, accepted, died, became_stable, registered, lost_stability, ..] = results
@@ -67,7 +69,7 @@ impl FusionReport {
             refused: wanted - lifted,
             surfels: alive - died + lifted,
             stable: stable + became_stable - lost_stability,
-            nodes: 0,
+            warp,
             measured_pixels,
             back_projection: BackProjection::from_results(results, config.rejection.error_bin_mm * 1e-3),
         }

@@ -3,7 +3,8 @@
 #import graph
 #import binding
 // Growth, pass 1: each surfel seen in this frame that has no node within the spacing claims its cell of the sampling
-// grid; the lowest slot wins. All others tell the node nearest to them that it is held, the unseen ones every 32 frames.
+// grid; the lowest slot wins. All others tell the node nearest to them that it is held. There are a hundred surfels to a
+// node, so in each frame only every 4th of those seen takes its turn, and every 32nd of the others.
 
 @group(0) @binding(0) var<uniform> graph: GraphSettings;
 @group(0) @binding(1) var<storage, read> nodes: array<vec4<u32>>;
@@ -15,6 +16,7 @@
 // per place: the inverted slot of the winner, 0 where none
 @group(0) @binding(7) var<storage, read_write> claims: array<atomic<u32>>;
 
+const SEEN_TICKS: u32 = 4u;
 const SWEEP_TICKS: u32 = 32u;
 
 @compute @workgroup_size(64)
@@ -24,7 +26,8 @@ fn claim_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let seen = history[slot].y == graph.frame;
-    if !seen && slot % SWEEP_TICKS != graph.tick % SWEEP_TICKS {
+    let turns = select(SWEEP_TICKS, SEEN_TICKS, seen);
+    if slot % turns != graph.tick % turns {
         return;
     }
     let point = geometry[slot].xyz;

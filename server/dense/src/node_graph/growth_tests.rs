@@ -88,7 +88,7 @@ fn nearest_m(point: &Vector3<f32>, nodes: &[(Vector3<f32>, u32)]) -> f32 {
 #[test]
 fn nodes_cover_what_is_seen_at_their_spacing_and_no_closer() {
     let mut patch = Patch::new(&config().nodes);
-    (0..6).for_each(|_| patch.tick(true, |_| true));
+    (0..20).for_each(|_| patch.tick(true, |_| true));
     let nodes = patch.nodes();
     let spacing_m = patch.settings.spacing_m;
     let covered = patch.points().filter(|point| nearest_m(point, &nodes) <= spacing_m).count();
@@ -105,7 +105,7 @@ fn nodes_cover_what_is_seen_at_their_spacing_and_no_closer() {
 #[test]
 fn nodes_that_no_surfel_holds_go_and_the_others_keep_their_ids() {
     let mut patch = Patch::new(&config().nodes);
-    (0..6).for_each(|_| patch.tick(true, |_| true));
+    (0..20).for_each(|_| patch.tick(true, |_| true));
     let before = patch.nodes();
     let (left, points) = (|x: f32| x < 0.0, patch.points.clone());
     (0..2 * HELD_TICKS).for_each(|_| patch.tick(false, |slot| left(points[slot][0])));

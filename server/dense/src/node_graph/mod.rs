@@ -40,7 +40,7 @@ mod thin_nodes;
 pub(crate) use binding_oracle::{OracleNode, bind};
 pub(crate) use settings::GraphSettings;
 pub use settings::NodeConfig;
-pub(crate) use store::{ALIVE_NODES, NodeHash, NodeStore};
+pub(crate) use store::{ALIVE_NODES, EDGES, NodeHash, NodeStore};
 
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 

@@ -10,8 +10,15 @@ use nalgebra::{Point2, Point3, Vector3};
 pub const WALL_M: f64 = 0.06;
 const BALL: ([f64; 3], f64) = ([0.0, 0.0, 0.05], 0.006);
 
-/// The shipped configuration.
+/// The shipped configuration, but rigid: fusion alone.
 pub fn config() -> DenseConfig {
+    let mut config = deforming();
+    config.warp.enabled = false;
+    config
+}
+
+/// The shipped configuration.
+pub fn deforming() -> DenseConfig {
     let file: toml::Table = toml::from_str(include_str!("../../../../config/server.toml")).unwrap();
     file["dense"].clone().try_into().unwrap()
 }
