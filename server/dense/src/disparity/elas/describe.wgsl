@@ -7,8 +7,9 @@
 //     h . b . h
 //     . . h . .
 //
-// responses: sobel.wgsl. left_masked, right_masked: four pixels a word. descriptors: both views; masked pixels and
-// padding are silent. One invocation per word and eye.
+// responses: sobel.wgsl. left_masked, right_masked: four pixels a word. descriptors: both views; padding is silent,
+// and so are masked pixels and those two beside one: their responses show the edge of a highlight or of the image's
+// black frame. One invocation per word and eye.
 
 @group(0) @binding(0) var<uniform> band: Band;
 @group(0) @binding(1) var<storage, read> responses: array<vec2<u32>>;
@@ -59,11 +60,23 @@ fn two_east(row: Row) -> vec4<u32> {
     return vec4<u32>(row.here_h.zw, row.east_h.xy);
 }
 
-fn masked_pixels(eye: u32, index: u32) -> vec4<bool> {
-    if (eye == 0u) {
-        return unpack_bytes(left_masked[index]) != vec4<u32>(0u);
+// Non-zero where masked; nothing is beyond the image.
+fn mask_at(eye: u32, word: i32, y: i32) -> vec4<u32> {
+    if (word < 0 || word >= i32(band.words) || y < 0 || y >= i32(band.height)) {
+        return vec4<u32>(0u);
     }
-    return unpack_bytes(right_masked[index]) != vec4<u32>(0u);
+    let index = u32(y) * band.words + u32(word);
+    if (eye == 0u) {
+        return unpack_bytes(left_masked[index]);
+    }
+    return unpack_bytes(right_masked[index]);
+}
+
+fn near_mask(eye: u32, word: i32, y: i32) -> vec4<bool> {
+    let here = mask_at(eye, word, y);
+    let west = vec4<u32>(mask_at(eye, word - 1, y).zw, here.xy);
+    let east = vec4<u32>(here.zw, mask_at(eye, word + 1, y).xy);
+    return (here | west | east | mask_at(eye, word, y - 2) | mask_at(eye, word, y + 2)) != vec4<u32>(0u);
 }
 
 @compute @workgroup_size(64)
@@ -86,7 +99,7 @@ fn describe(@builtin(global_invocation_id) id: vec3<u32>) {
     let east_v = vec4<u32>(level.here_v.yzw, level.east_v.x);
     let fourth = join(above.here_v, west_v, east_v, below.here_v);
     let columns = vec4<u32>(4u * id.x) + vec4<u32>(0u, 1u, 2u, 3u);
-    let silent = masked_pixels(id.z, id.y * band.words + id.x) | (columns >= vec4<u32>(band.width));
+    let silent = near_mask(id.z, i32(id.x), y) | (columns >= vec4<u32>(band.width));
     let index = pixel_index(id.z, 4u * id.x, id.y);
     for (var lane = 0u; lane < 4u; lane++) {
         let descriptor = vec4<u32>(first[lane], second[lane], third[lane], fourth[lane]);
