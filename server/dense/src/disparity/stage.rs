@@ -4,7 +4,7 @@ use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, KernelDeclaration};
 
 use super::band::Band;
 use super::buffers::Images;
-use super::coarse_to_fine::{self, CoarseToFine};
+use super::coarse_to_fine::{self, CoarseToFine, Refinement, Views};
 use super::config::{DisparityConfig, Method};
 use super::elas::{self, Elas};
 use super::fit_plane::{self, PlaneFit};
@@ -25,13 +25,14 @@ enum Matcher {
     CoarseToFine(Box<CoarseToFine>),
 }
 
-/// ELAS, and the planes that are fitted to its disparities.
+/// ELAS, and the planes that are fitted to its disparities and refined by inverse search, which it lacks.
 #[derive(Debug)]
 struct ElasPlanes {
     whole: Band,
     images: Images,
     elas: Elas,
     fit_plane: BoundKernel,
+    refinement: Refinement,
 }
 
 impl DisparityStage {
@@ -93,13 +94,18 @@ impl ElasPlanes {
         let images = Images::new(gpu, &whole)?;
         let elas = Elas::new(gpu, input, whole, &images, config)?;
         let fit_plane = fit_plane::bind(gpu, &images, input.left(), &PlaneFit::new(config))?;
-        Ok(Self { whole, images, elas, fit_plane })
+        let targets = gpu.storage("patch targets", whole.pixels())?;
+        let views = Views { eyes: input.eyes(), size: input.size(), cell: 1 };
+        let planes = (&images.planes, &targets);
+        let refinement = Refinement::new(gpu, views, &whole, planes, config.elas.patch_rounds, config)?;
+        Ok(Self { whole, images, elas, fit_plane, refinement })
     }
 
     fn record(&self, frame: &mut FrameRecorder) -> Result<(), DenseError> {
         self.elas.record(frame)?;
         let words = [self.whole.words, self.whole.height, 1];
         frame.stage("disparity filter", |stage| stage.run(&self.fit_plane, words))?;
+        self.refinement.record(frame)?;
         Ok(())
     }
 }

@@ -30,7 +30,7 @@ struct Aim {
 
 /// The images that patches are matched in.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Views<'a> {
+pub(in crate::disparity) struct Views<'a> {
     pub eyes: Eyes<'a>,
     /// Columns, rows.
     pub size: (u32, u32),

@@ -11,7 +11,7 @@ use crate::disparity::{DisparityConfig, DisparityRange};
 
 /// Improves planes in place, a few rounds a frame.
 #[derive(Debug)]
-pub(super) struct Refinement {
+pub(in crate::disparity) struct Refinement {
     grid: [u32; 3],
     strips: [u32; 3],
     high_pass: [BoundKernel; 2],

@@ -56,6 +56,8 @@ pub struct ElasConfig {
     pub filter_median: bool,
     /// Whether the adaptive mean is applied.
     pub filter_adaptive_mean: bool,
+    /// Rounds of inverse search of planar patches at the end, by `[disparity.patch]`; not part of the publication.
+    pub patch_rounds: u32,
     /// Standard deviation of a match whose cost rises by 1 to both sides together, px.
     pub rise_sigma_px: f64,
 }
@@ -103,6 +105,7 @@ impl ElasConfig {
             ("disparity.elas.incon_threshold", self.incon_threshold, 0),
             ("disparity.elas.redun_threshold", self.redun_threshold, 0),
             ("disparity.elas.ipol_gap_width", self.ipol_gap_width, 0),
+            ("disparity.elas.patch_rounds", self.patch_rounds, 0),
         ];
         sizes.into_iter().try_for_each(|(field, value, least)| {
             let fits = (least..=10_000).contains(&value);
