@@ -58,6 +58,8 @@ pub struct ElasConfig {
     pub filter_adaptive_mean: bool,
     /// Rounds of inverse search of planar patches at the end, by `[disparity.patch]`; not part of the publication.
     pub patch_rounds: u32,
+    /// As `disparity.spread.noise_levels`, for these rounds.
+    pub patch_noise_levels: f64,
     /// Standard deviation of a match whose cost rises by 1 to both sides together, px.
     pub rise_sigma_px: f64,
 }
@@ -82,6 +84,7 @@ impl ElasConfig {
         let from_zero = [
             ("disparity.elas.lr_threshold", self.lr_threshold),
             ("disparity.elas.rise_sigma_px", self.rise_sigma_px),
+            ("disparity.elas.patch_noise_levels", self.patch_noise_levels),
         ];
         for (field, value) in from_zero {
             require(value.is_finite() && value >= 0.0, field, value, "a finite number from 0 up")?;
