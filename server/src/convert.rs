@@ -1,15 +1,16 @@
 //! Between wire and domain; nowhere else do the two meet.
 
+use dense::EncodingSteps;
 use geometry::validate::{RigLimits, check_calibration, check_rig};
 use geometry::{CameraModel, Distortion, Pinhole, Pose, StereoCalibration, StereoRig};
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
-use protocol::WireSurfel;
 use protocol::v1::{self, ImageFormat, Reason, TrackingOutcome};
+use protocol::{NodePosition, NodeTransform, WireSurfel};
 use recording::export::PlySurfel;
 use recording::{Calibration, RawPixel};
 use tracking::Outcome;
 
-use crate::publish::model_lane::{ModelUpdate, ViewerWishes};
+use crate::publish::model_lane::{ModelUpdate, NodeChanges, ViewerWishes};
 use crate::session::intake::Rejection;
 use crate::session::worker::FusedPair;
 
@@ -217,21 +218,42 @@ pub fn wishes_from_wire(view: &v1::View) -> ViewerWishes {
     }
 }
 
-/// A change set on the model lane; confidence is the weight's share of `weight_max`.
+/// How finely the protocol encodes what the dense model publishes.
+pub const ENCODING: EncodingSteps = EncodingSteps {
+    position_m: protocol::POSITION_STEP_M,
+    position_max_m: protocol::MAX_POSITION_M,
+    node_m: protocol::NODE_STEP_M,
+    affine: protocol::AFFINE_STEP,
+};
+
+/// A surfel on the wire; confidence is the weight's share of `weight_max`.
+pub fn surfel_to_wire(surfel: &dense::Surfel, weight_max: f32) -> WireSurfel {
+    WireSurfel {
+        id: surfel.id,
+        position_in_world_m: surfel.position,
+        normal_in_world: surfel.normal,
+        radius_m: surfel.radius_m,
+        color: surfel.color,
+        confidence: surfel.weight / weight_max,
+    }
+}
+
+/// A change set on the model lane.
 pub fn model_update(stamp_ns: u64, changes: &dense::ChangeSet, weight_max: f32) -> ModelUpdate {
     let mut changed: Vec<WireSurfel> = changes
         .added
         .iter()
         .chain(&changes.updated)
-        .map(|surfel| WireSurfel {
-            id: surfel.id,
-            position_in_world_m: surfel.position,
-            normal_in_world: surfel.normal,
-            radius_m: surfel.radius_m,
-            color: surfel.color,
-            confidence: surfel.weight / weight_max,
-        })
+        .map(|surfel| surfel_to_wire(surfel, weight_max))
         .collect();
     changed.sort_unstable_by_key(|surfel| surfel.id);
-    ModelUpdate { stamp_ns, changed, removed: changes.removed.clone(), ..ModelUpdate::default() }
+    let warp = &changes.warp;
+    let nodes = NodeChanges {
+        transforms: warp.transforms.iter().copied().map(NodeTransform).collect(),
+        removed: warp.removed.clone(),
+        added: warp.added.iter().map(|&(id, place)| (id, NodePosition(place))).collect(),
+        reach_m: warp.reach_m,
+    };
+    let max_error_m = changes.max_error_m;
+    ModelUpdate { stamp_ns, changed, removed: changes.removed.clone(), nodes, max_error_m }
 }

@@ -34,7 +34,20 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("tracking-evaluation", &["geometry", "recording", "simulator", "tracking"]),
-    ("tests", &["evaluation", "geometry", "mis-slam", "protocol", "recording", "simulator"]),
+    (
+        "tests",
+        &[
+            "dense",
+            "evaluation",
+            "geometry",
+            "gpu",
+            "mis-slam",
+            "protocol",
+            "recording",
+            "replica",
+            "simulator",
+        ],
+    ),
 ];
 
 /// Libraries that stay out of a package, so that it can be used without them.

@@ -12,11 +12,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dense::{DenseConfig, Observation, SurfelModel, View};
+use dense::{DenseConfig, EncodingSteps, Observation, SurfelModel, View};
 use geometry::{Pinhole, Pose, StereoRig};
 use gpu::{AdapterSelection, FrameRecorder, Gpu};
 
 const FRAMES: u32 = 30;
+const STEPS: EncodingSteps =
+    EncodingSteps { position_m: 2e-5, position_max_m: 20.0, node_m: 4e-6, affine: 1.0 / 4096.0 };
 
 fn rig() -> StereoRig {
     let left =
@@ -63,7 +65,7 @@ fn main() {
         let frame_times = frame.submit().collect().unwrap();
         model.finish().unwrap();
         dispatches = frame_times.dispatches;
-        let changes = model.take_changes().unwrap();
+        let changes = model.take_changes(&STEPS).unwrap();
         for stage in frame_times.stages.iter().chain(&changes.stages) {
             times.entry(stage.name).or_default().push(stage.ms);
         }

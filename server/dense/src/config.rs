@@ -107,6 +107,8 @@ pub struct PublishConfig {
     pub color_levels: f64,
     /// Difference in weight.
     pub weight_step: f64,
+    /// A node whose motion moves nothing in its reach by more than this is not told to move.
+    pub settled_mm: f64,
     /// Most changes read back at once; more come in further batches.
     pub batch: u32,
 }

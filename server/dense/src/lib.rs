@@ -19,6 +19,7 @@ mod render;
 mod slam;
 mod statistics;
 mod store;
+pub mod synthetic;
 #[cfg(test)]
 mod testing;
 mod tone;
@@ -26,7 +27,7 @@ mod view;
 mod warp;
 mod warp_solver;
 
-pub use change_set::ChangeSet;
+pub use change_set::{ChangeSet, EncodingSteps, NodePlace, TransformCodes, WarpChanges};
 pub use config::{ColorConfig, DenseConfig, FusionConfig, PublishConfig, RejectionConfig};
 pub use error::DenseError;
 pub use model::{DiscardReason, FusionReport, Node, SurfelModel, WarpReport, kernels};

@@ -9,7 +9,7 @@ use nalgebra::Point3;
 use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
 use crate::model::{DiscardReason, FusionReport, SurfelModel};
 use crate::preprocess::{Preprocess, SurfaceStage};
-use crate::{BackProjection, ChangeSet, DenseConfig, DenseError, Observation, Rendering, Surfel, View};
+use crate::{BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, Observation, Rendering, Surfel, View};
 
 /// What a picture shows where the model does not cover it.
 const BACKGROUND: [u8; 3] = [18, 18, 22];
@@ -155,12 +155,20 @@ impl DenseSlam {
         self.model.followed()
     }
 
-    /// The changes of the stable model since the last call.
+    /// The changes of the stable model since the last call, as `steps` encode them.
     ///
     /// # Errors
     /// [`DenseError::Gpu`].
-    pub fn take_changes(&mut self) -> Result<ChangeSet, DenseError> {
-        self.model.take_changes()
+    pub fn take_changes(&mut self, steps: &EncodingSteps) -> Result<ChangeSet, DenseError> {
+        self.model.take_changes(steps)
+    }
+
+    /// What viewers hold that were told all changes, sorted by id: the model within the publishing bounds.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn held_surfels(&self) -> Result<Vec<Surfel>, DenseError> {
+        self.model.held_surfels()
     }
 
     /// The stable model, sorted by id.

@@ -16,6 +16,7 @@ use super::report::FrameCounts;
 use super::stream::StreamMeter;
 use super::truth::PointTruth;
 use super::unpoisoned;
+use crate::convert;
 use crate::overview;
 use crate::session::worker::{FusedPair, Sink, SinkError, TrackedPair, WorkerError};
 
@@ -258,7 +259,7 @@ impl Sink for Collector {
         }
         collected.frames.push(FrameRow::new(pair));
         if let Some(stream) = &mut collected.stream {
-            stream.publish(pair.stamp_ns, &model.take_changes()?)?;
+            stream.publish(pair.stamp_ns, &model.take_changes(&convert::ENCODING)?)?;
         }
         if let Some(depth) = depth.as_ref().filter(|_| !self.truth.is_empty()) {
             let frame = PointFrame {
@@ -280,7 +281,7 @@ impl Sink for Collector {
     fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
         let surfels = model.surfels()?;
         if let Some(stream) = &mut unpoisoned(self.collected.lock()).stream {
-            stream.publish(last_stamp_ns, &model.take_changes()?)?;
+            stream.publish(last_stamp_ns, &model.take_changes(&convert::ENCODING)?)?;
             stream.compare(&surfels);
         }
         let picture = picture(model, &surfels)?;

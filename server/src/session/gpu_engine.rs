@@ -134,8 +134,19 @@ impl LiveSink {
     }
 
     fn publish_changes(&self, stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
-        let update = convert::model_update(stamp_ns, &model.take_changes()?, self.weight_max);
-        Ok(self.hub.publish_model(&update)?)
+        let changes = model.take_changes(&convert::ENCODING)?;
+        self.hub.publish_model(&convert::model_update(stamp_ns, &changes, self.weight_max))?;
+        self.bring_shapes(model)
+    }
+
+    /// Viewers that join need what all others hold, right after it was published.
+    fn bring_shapes(&self, model: &DenseSlam) -> Result<(), SinkError> {
+        if self.hub.model.wants_shapes() {
+            let held = model.held_surfels()?;
+            let shapes = held.iter().map(|surfel| convert::surfel_to_wire(surfel, self.weight_max));
+            self.hub.model.bring_shapes(shapes.collect());
+        }
+        Ok(())
     }
 }
 
@@ -173,11 +184,12 @@ impl Sink for LiveSink {
     }
 
     fn idle(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
-        let held_back = convert::model_update(last_stamp_ns, &model.take_changes()?, self.weight_max);
+        let changes = model.take_changes(&convert::ENCODING)?;
+        let held_back = convert::model_update(last_stamp_ns, &changes, self.weight_max);
         if !held_back.is_empty() {
             self.hub.publish_model(&held_back)?;
         }
-        Ok(())
+        self.bring_shapes(model)
     }
 
     fn finished(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {

@@ -1,11 +1,15 @@
 //! CPU mirror of `compare_published.wgsl` and `emit_changes.wgsl`.
 
-use gpu::{PrefixSum, StageTimer};
+use gpu::{FrameRecorder, PrefixSum, StageTimer};
 
-use super::{ChangeSet, Publisher};
+use super::{ChangeSet, EncodingSteps, HeldNodes, PublishedParts, Publisher};
 use crate::config::PublishConfig;
+use crate::node_graph::NodeStore;
 use crate::store::{ALIVE, Bits, STABLE, SurfelStore};
 use crate::testing::{Fixture, SLOTS, config, upload};
+
+const STEPS: EncodingSteps =
+    EncodingSteps { position_m: 2e-5, position_max_m: 20.0, node_m: 4e-6, affine: 1.0 / 4096.0 };
 
 /// What viewers hold before: every third surfel not at all, the others near the truth or far from it.
 fn holdings(fixture: &Fixture) -> (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<Bits>) {
@@ -53,10 +57,21 @@ fn take(batch: u32) -> (Fixture, ChangeSet, ChangeSet) {
     fixture.gpu.write(&store.held.orientation, 0, &orientation).unwrap();
     fixture.gpu.write(&store.held.rest, 0, &rest).unwrap();
     let marked = PrefixSum::new(&fixture.gpu, store.capacity() as usize).unwrap();
-    let timer = StageTimer::new(&fixture.gpu, 1).unwrap();
+    let timer = StageTimer::new(&fixture.gpu, 16).unwrap();
+    let nodes = NodeStore::new(&fixture.gpu, &config().nodes).unwrap();
+    let mut held_nodes = HeldNodes::new(&fixture.gpu, &config().nodes).unwrap();
+    let mut frame = FrameRecorder::begin(&fixture.gpu, &timer);
+    nodes.clear(&mut frame);
+    held_nodes.clear(&mut frame);
+    frame.submit().collect().unwrap();
     let publish = PublishConfig { batch, ..config().publish };
-    let publisher = Publisher::new(&fixture.gpu, store, &marked, &publish).unwrap();
-    let take = || publisher.take(&fixture.gpu, &timer, &marked, SLOTS as u32).unwrap();
+    let parts =
+        PublishedParts { store, nodes: &nodes, held_nodes: &held_nodes, changed: &marked, reach_m: 8e-3 };
+    let publisher = Publisher::new(&fixture.gpu, &parts, &publish).unwrap();
+    let mut take = || {
+        let device = (&*fixture.gpu, &timer);
+        publisher.take(device, &marked, &mut held_nodes, &STEPS, SLOTS as u32).unwrap()
+    };
     let (first, second) = (take(), take());
     (fixture, first, second)
 }
@@ -76,7 +91,9 @@ fn changes_agree_with_the_oracle_whatever_the_batch() {
         assert!(again.is_empty(), "taken over into the published copy");
         for surfel in changes.added.iter().chain(&changes.updated) {
             let slot = surfel.id as usize / 10;
-            assert_eq!(surfel.position, fixture.rows.geometry[slot][..3]);
+            for (sent, place) in surfel.position.iter().zip(fixture.rows.geometry[slot]) {
+                assert!((sent - place).abs() <= 1.001e-5, "on the grid: {sent} {place}");
+            }
             assert_eq!(surfel.weight, fixture.rows.orientation[slot][3]);
         }
     }

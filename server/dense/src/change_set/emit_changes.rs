@@ -3,7 +3,7 @@
 use gpu::Binding::{Read, ReadWrite, Uniform};
 use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration, PrefixSum};
 
-use super::PublishSettings;
+use super::settings::PublishSettings;
 use crate::store::{RecordRow, SurfelStore};
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
@@ -19,7 +19,7 @@ pub(super) fn bind(
     store: &SurfelStore,
     (changed, records): (&PrefixSum, &GpuBuffer<RecordRow>),
 ) -> Result<BoundKernel, GpuError> {
-    let SurfelStore { geometry, orientation, appearance, history, held, .. } = store;
+    let SurfelStore { geometry, orientation, appearance, history, held } = store;
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
         &[

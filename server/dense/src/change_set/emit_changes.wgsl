@@ -1,6 +1,8 @@
 #import color
+#import finite
 #import surfel
 // Packs the changed surfels in slot order (so by id) and takes them over into the published copy, one batch at a time.
+// Positions are those of the grid on which they are sent, so the copy holds what viewers decode.
 // A record: position, radius | normal, weight | id, colour, frame last seen, kind.
 
 struct Record {
@@ -32,11 +34,12 @@ fn emit_changes(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let past = history[slot];
-    let shown = is_stable(past.w);
+    let shown = is_stable(past.w) && is_packable(geometry[slot], orientation[slot].xyz);
     let kind = select(REMOVED, select(ADDED, UPDATED, held[slot].w != 0u), shown);
     let color = pack_rgb(appearance[slot].xyz);
-    records[offsets[slot]] = Record(geometry[slot], orientation[slot], vec4<u32>(past.x, color, past.y, kind));
-    held_geometry[slot] = geometry[slot];
+    let place = vec4<f32>(on_grid(geometry[slot].xyz, settings.position_step_m), geometry[slot].w);
+    records[offsets[slot]] = Record(place, orientation[slot], vec4<u32>(past.x, color, past.y, kind));
+    held_geometry[slot] = place;
     held_orientation[slot] = orientation[slot];
     held[slot] = vec4<u32>(past.x, color, past.y, select(0u, 1u, shown));
 }

@@ -15,11 +15,12 @@ use geometry::{Pose, StereoRig};
 use gpu::{FrameRecorder, Gpu, KernelDeclaration, PrefixSum, Readback, StageTimer};
 use nalgebra::Point3;
 
-use crate::change_set::{ChangeSet, Publisher};
+use crate::change_set::{ChangeSet, EncodingSteps, HeldNodes, PublishedParts, Publisher};
 use crate::compaction::Compaction;
 use crate::config::DenseConfig;
 use crate::fusion::{Fusion, FusionSettings, HISTOGRAM, RESULTS};
 use crate::index_map::SplatSettings;
+use crate::node_graph::GraphSettings;
 use crate::render::{self, Rendering};
 use crate::slam::Correspondence;
 use crate::statistics::Statistics;
@@ -95,6 +96,7 @@ pub struct SurfelModel {
     results: Readback<u32>,
     lifted: Readback<u32>,
     warping: Warping,
+    held_nodes: HeldNodes,
     tracked: Pose,
     timer: StageTimer,
 }
@@ -117,11 +119,14 @@ impl SurfelModel {
         let warping = Warping::new(&gpu, observation, config)?;
         clear_held(&gpu, &timer, &store)?;
         let mut frame = FrameRecorder::begin(&gpu, &timer);
+        let held_nodes = HeldNodes::new(&gpu, &config.nodes)?;
         warping.clear(&mut frame);
+        held_nodes.clear(&mut frame);
         frame.submit().collect()?;
         Ok(Self {
-            bound: Bound::new(&gpu, &rig, observation, (store, &warping), config)?,
+            bound: Bound::new(&gpu, &rig, observation, (store, &warping, &held_nodes), config)?,
             warping,
+            held_nodes,
             tracked: Pose::identity(),
             settings: FusionSettings::new(
                 config,
@@ -242,13 +247,22 @@ impl SurfelModel {
         Ok(report)
     }
 
-    /// The changes since the last call, taken over into the published copy.
+    /// The changes since the last call, taken over into the published copy as `steps` encode them.
     ///
     /// # Errors
     /// [`DenseError::Gpu`].
-    pub fn take_changes(&mut self) -> Result<ChangeSet, DenseError> {
+    pub fn take_changes(&mut self, steps: &EncodingSteps) -> Result<ChangeSet, DenseError> {
         let Bound { publisher, marked, .. } = &self.bound;
-        Ok(publisher.take(&self.gpu, &self.timer, marked, self.counts.slots)?)
+        let device = (&*self.gpu, &self.timer);
+        Ok(publisher.take(device, marked, &mut self.held_nodes, steps, self.counts.slots)?)
+    }
+
+    /// The published copy, sorted by id.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn held_surfels(&self) -> Result<Vec<Surfel>, DenseError> {
+        Ok(self.bound.buffers.store.read_held(&self.gpu, self.counts.slots)?)
     }
 
     /// The stable model, sorted by id.
@@ -311,7 +325,8 @@ impl SurfelModel {
         let mut frame = FrameRecorder::begin(&self.gpu, &self.timer);
         store.copy_from(&mut frame, &self.bound.buffers.store, self.counts.slots as usize)?;
         let observation = self.bound.buffers.observation.clone();
-        let grown = Bound::new(&self.gpu, &self.rig, &observation, (store, &self.warping), &self.config)?;
+        let kept = (store, &self.warping, &self.held_nodes);
+        let grown = Bound::new(&self.gpu, &self.rig, &observation, kept, &self.config)?;
         grown.tone.copy_from(&mut frame, &self.bound.tone)?;
         frame.submit().collect()?;
         self.bound = grown;
@@ -324,12 +339,19 @@ impl Bound {
         gpu: &Gpu,
         rig: &StereoRig,
         observation: &Observation,
-        (store, warping): (SurfelStore, &Warping),
+        (store, warping, held_nodes): (SurfelStore, &Warping, &HeldNodes),
         config: &DenseConfig,
     ) -> Result<Self, DenseError> {
         let marked = PrefixSum::new(gpu, store.capacity() as usize)?;
         let compaction = Compaction::new(gpu, &store, &marked)?;
-        let publisher = Publisher::new(gpu, &store, &marked, &config.publish)?;
+        let published = PublishedParts {
+            store: &store,
+            nodes: warping.store(),
+            held_nodes,
+            changed: &marked,
+            reach_m: GraphSettings::new(&config.nodes).reach_m,
+        };
+        let publisher = Publisher::new(gpu, &published, &config.publish)?;
         let buffers = FrameBuffers::new(gpu, rig, observation, store, config)?;
         let warp = warping.bind(gpu, &buffers)?;
         let statistics = Statistics::new(gpu, &buffers)?;

@@ -133,6 +133,11 @@ impl Warping {
         })
     }
 
+    /// The nodes themselves.
+    pub fn store(&self) -> &NodeStore {
+        &self.nodes
+    }
+
     /// Whether the configuration leaves the model rigid.
     pub fn is_rigid(&self) -> bool {
         !self.config.warp.enabled

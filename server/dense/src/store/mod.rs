@@ -97,6 +97,19 @@ impl SurfelStore {
         ]
     }
 
+    /// What viewers hold of the first `slots` surfels, by id.
+    pub fn read_held(&self, gpu: &Gpu, slots: u32) -> Result<Vec<Surfel>, GpuError> {
+        let slots = slots as usize;
+        let geometry = gpu.read_range(&self.held.geometry, 0, slots)?;
+        let orientation = gpu.read_range(&self.held.orientation, 0, slots)?;
+        let rest = gpu.read_range(&self.held.rest, 0, slots)?;
+        let rows = geometry.into_iter().zip(orientation).zip(rest);
+        let held = rows.filter(|(_, rest)| rest[3] != 0);
+        Ok(held
+            .map(|((geometry, orientation), rest)| RecordRow { geometry, orientation, rest }.surfel())
+            .collect())
+    }
+
     /// The rows of the first `slots` surfels, read back.
     pub fn read(&self, gpu: &Gpu, slots: u32) -> Result<SurfelRows, GpuError> {
         let slots = slots as usize;

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use dense::{ChangeSet, DenseConfig, PublishConfig, Surfel};
+use dense::{ChangeSet, DenseConfig, EncodingSteps, PublishConfig, Surfel};
 
 use crate::scene::{Bench, Scene, at, config};
 
+const STEPS: EncodingSteps =
+    EncodingSteps { position_m: 2e-5, position_max_m: 20.0, node_m: 4e-6, affine: 1.0 / 4096.0 };
 const SCENE: Scene = Scene { ball: true, noise_m: 0.3e-3 };
 
 type Viewer = BTreeMap<u32, Surfel>;
@@ -34,7 +36,7 @@ fn replay(config: &DenseConfig, mut check: impl FnMut(&Viewer, &[Surfel])) -> Ve
         let scene = Scene { ball: !(6..18).contains(&frame), ..SCENE };
         bench.fuse(frame, &pose, &scene.shoot(&pose, u64::from(frame)));
         if frame % 3 != 1 {
-            let changes = bench.model.take_changes().unwrap();
+            let changes = bench.model.take_changes(&STEPS).unwrap();
             apply(&mut viewer, &changes);
             check(&viewer, &bench.model.surfels().unwrap());
             sets.push(changes);
@@ -44,14 +46,24 @@ fn replay(config: &DenseConfig, mut check: impl FnMut(&Viewer, &[Surfel])) -> Ve
 }
 
 #[test]
-fn a_viewer_without_tolerances_holds_exactly_the_model() {
-    let publish =
-        PublishConfig { position_mm: 0.0, normal_deg: 0.0, color_levels: 0.0, weight_step: 0.0, batch: 1000 };
+fn a_viewer_without_tolerances_holds_the_model_as_exactly_as_it_is_sent() {
+    let publish = PublishConfig {
+        position_mm: 0.0,
+        normal_deg: 0.0,
+        color_levels: 0.0,
+        weight_step: 0.0,
+        batch: 1000,
+        ..config().publish
+    };
     let exact = DenseConfig { publish, compaction_dead_share: 0.02, ..config() };
     let sets = replay(&exact, |viewer, model| {
-        let unstamped = |surfel: &Surfel| Surfel { stamp: 0, ..*surfel };
-        let held: Vec<Surfel> = viewer.values().map(unstamped).collect();
-        assert!(held == model.iter().map(unstamped).collect::<Vec<_>>());
+        assert_eq!(viewer.len(), model.len());
+        for (held, surfel) in viewer.values().zip(model) {
+            let unplaced = |surfel: &Surfel| Surfel { stamp: 0, position: [0.0; 3], ..*surfel };
+            assert_eq!(unplaced(held), unplaced(surfel));
+            let mut off = held.position.iter().zip(surfel.position).map(|(held, place)| (held - place).abs());
+            assert!(off.all(|off| off <= 1.001e-5), "half a step of the grid: {held:?} {surfel:?}");
+        }
     });
     assert!(sets.iter().any(|set| !set.removed.is_empty()), "the test must remove something");
 }
@@ -79,6 +91,6 @@ fn nothing_changes_between_frames() {
     for frame in 0..4 {
         bench.fuse(frame, &at(0.0), &SCENE.shoot(&at(0.0), u64::from(frame)));
     }
-    assert!(!bench.model.take_changes().unwrap().is_empty());
-    assert!(bench.model.take_changes().unwrap().is_empty());
+    assert!(!bench.model.take_changes(&STEPS).unwrap().is_empty());
+    assert!(bench.model.take_changes(&STEPS).unwrap().is_empty());
 }

@@ -108,6 +108,11 @@ impl ModelLane {
         self.lock().queues.values().filter(|queue| queue.is_viewer()).count()
     }
 
+    /// Bytes that wait for the viewer that is most behind.
+    pub fn backlog_bytes(&self) -> usize {
+        self.lock().queues.values().map(Queue::waiting_bytes).max().unwrap_or(0)
+    }
+
     /// Where the scope is now: snapshots go out from there for viewers that do not say what they look at.
     pub fn set_scope(&self, position_in_world_m: [f32; 3]) {
         self.lock().scope_in_world_m = Some(position_in_world_m);

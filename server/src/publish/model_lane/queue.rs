@@ -102,6 +102,10 @@ impl Queue {
         self.filled.notify_one();
     }
 
+    pub fn waiting_bytes(&self) -> usize {
+        self.epoch_bytes + self.chunks.iter().map(Bytes::len).sum::<usize>()
+    }
+
     pub fn is_viewer(&self) -> bool {
         self.seed == Seed::Snapshot
     }
