@@ -19,7 +19,7 @@ pub(super) fn bind(
     store: &SurfelStore,
     (changed, worst): (&PrefixSum, &GpuBuffer<u32>),
 ) -> Result<BoundKernel, GpuError> {
-    let SurfelStore { geometry, orientation, appearance, history, held } = store;
+    let SurfelStore { geometry, orientation, appearance, history, held, .. } = store;
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
         &[

@@ -97,6 +97,7 @@ fn nodes_come_move_in_whole_steps_and_go() {
             assert!(off <= Some(1), "{held:?} {node:?}");
         }
     }
+    nodes.iter_mut().for_each(|node| node.affine = Matrix3::identity().into());
     model.set(&surfels, &nodes).unwrap();
     let still = model.take_changes(&STEPS).unwrap();
     assert!(still.warp.transforms.is_empty(), "what does not move is not told");

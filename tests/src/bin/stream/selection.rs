@@ -24,7 +24,6 @@ pub struct Run {
     pub nodes: usize,
     pub bound_mm: f64,
     pub frames: Vec<Frame>,
-    pub publish: mis_slam::publish::PublishConfig,
 }
 
 /// One frame of it.
@@ -44,17 +43,15 @@ pub struct Kept {
     pub held: Vec<Surfel>,
 }
 
-/// The shipped configuration.
-fn shipped() -> Result<toml::Table, StreamError> {
-    Ok(toml::from_str(include_str!("../../../../config/server.toml"))?)
+/// The shipped configuration of the model.
+fn shipped_dense() -> Result<DenseConfig, StreamError> {
+    let mut shipped: toml::Table = toml::from_str(include_str!("../../../../config/server.toml"))?;
+    Ok(shipped.remove("dense").unwrap_or(toml::Value::Table(toml::Table::new())).try_into()?)
 }
 
 /// Runs the sheet.
 pub fn select(arguments: &Arguments, surfels: u32, frames: usize) -> Result<Run, StreamError> {
-    let mut shipped = shipped()?;
-    let mut section = |name: &str| shipped.remove(name).unwrap_or(toml::Value::Table(toml::Table::new()));
-    let config: DenseConfig = section("dense").try_into()?;
-    let publish = section("publish").try_into()?;
+    let config: DenseConfig = shipped_dense()?;
     let gpu = Arc::new(Gpu::open(&AdapterSelection { adapter: String::new() }.with_environment())?);
     let adapter = gpu.description().name.clone();
     let sheet = Sheet::new(surfels);
@@ -69,7 +66,7 @@ pub fn select(arguments: &Arguments, surfels: u32, frames: usize) -> Result<Run,
         before_s = now_s;
     }
     let bound_mm = config.publish.position_mm;
-    Ok(Run { adapter, surfels, nodes: sheet.nodes(), bound_mm, frames: selected, publish })
+    Ok(Run { adapter, surfels, nodes: sheet.nodes(), bound_mm, frames: selected })
 }
 
 fn select_frame(
