@@ -8,14 +8,13 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use mis_slam::publish::model_lane::{ModelUpdate, NodeChanges};
-use mis_slam::session::engine::{Engine, EngineError, RunningEngine};
+use mis_slam::session::engine::{Engine, EngineError, EngineResults, EngineStart, RunningEngine};
 use mis_slam::session::hub::{Hub, PoseUpdate};
 use mis_slam::session::mailbox::{MailboxReceiver, Taken};
 use mis_slam::session::worker::StereoPair;
 use protocol::keys::Lane;
 use protocol::v1::{self, TrackingOutcome, from_server, to_server};
 use protocol::{Bytes, NodePosition, NodeTransform, WireSurfel};
-use recording::Calibration;
 use replica::Replica;
 use support::{Client, TestServer, pose, wire_pair, within};
 use zenoh::query::ConsolidationMode;
@@ -34,7 +33,7 @@ struct DeformingThread(JoinHandle<()>);
 impl Engine for DeformingEngine {
     fn start(
         &self,
-        _: &Calibration,
+        _: &EngineStart,
         pairs: MailboxReceiver<StereoPair>,
         hub: Arc<Hub>,
     ) -> Result<Box<dyn RunningEngine>, EngineError> {
@@ -53,8 +52,9 @@ impl Engine for DeformingEngine {
 }
 
 impl RunningEngine for DeformingThread {
-    fn join(self: Box<Self>) {
+    fn join(self: Box<Self>) -> Option<EngineResults> {
         self.0.join().unwrap();
+        None
     }
 }
 

@@ -61,19 +61,50 @@ impl NodeIndex {
 
     /// The nodes that move `point_m`.
     pub fn bind(&self, point_m: [f32; 3]) -> Binding {
-        let candidates = self.around.get(&self.cell_of(point_m)).map_or(&[][..], Vec::as_slice);
+        self.finder().bind(point_m)
+    }
+
+    /// Finds the nodes of many points; quick where each is near the one before.
+    pub fn finder(&self) -> NodeFinder<'_> {
+        NodeFinder { index: self, cell: [i32::MAX; 3], candidates: &[] }
+    }
+
+    fn nearest_of(&self, candidates: &[usize], point_m: [f32; 3]) -> Binding {
         let mut nearest = [(self.reach_m * self.reach_m, usize::MAX); MOVERS + 1];
         for &node in candidates {
             let [dx, dy, dz] = difference(self.positions_m[node], point_m);
             let square = dx * dx + dy * dy + dz * dz;
             // Candidates come by increasing id, so the lower id keeps its place at equal distance.
             if square < nearest[MOVERS].0 {
-                let place = nearest.partition_point(|(held, _)| *held <= square);
-                nearest[place..].rotate_right(1);
+                let mut place = MOVERS;
+                while place > 0 && square < nearest[place - 1].0 {
+                    nearest[place] = nearest[place - 1];
+                    place -= 1;
+                }
                 nearest[place] = (square, node);
             }
         }
         weigh(&nearest)
+    }
+}
+
+/// A [`NodeIndex`] that remembers the cell of the last point.
+#[derive(Clone, Debug)]
+pub struct NodeFinder<'a> {
+    index: &'a NodeIndex,
+    cell: Cell,
+    candidates: &'a [usize],
+}
+
+impl NodeFinder<'_> {
+    /// The nodes that move `point_m`.
+    pub fn bind(&mut self, point_m: [f32; 3]) -> Binding {
+        let cell = self.index.cell_of(point_m);
+        if cell != self.cell {
+            self.cell = cell;
+            self.candidates = self.index.around.get(&cell).map_or(&[][..], Vec::as_slice);
+        }
+        self.index.nearest_of(self.candidates, point_m)
     }
 }
 

@@ -10,7 +10,7 @@ mod seeding;
 mod surfel;
 mod warp;
 
-pub use binding::{Binding, NodeIndex};
+pub use binding::{Binding, NodeFinder, NodeIndex};
 pub use error::ReplicaError;
 pub use replica::{Progress, Replica};
 pub use surfel::Surfel;

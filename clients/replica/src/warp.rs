@@ -6,7 +6,7 @@
 use protocol::{NodeTable, NodeTransform};
 
 use crate::Surfel;
-use crate::binding::{NodeIndex, difference};
+use crate::binding::{NodeFinder, NodeIndex, difference};
 
 type Matrix = [[f32; 3]; 3];
 
@@ -38,11 +38,12 @@ impl Warp {
 
     /// Moves all surfels.
     pub fn apply(&self, surfels: &mut [Surfel]) {
-        surfels.iter_mut().for_each(|surfel| self.carry(surfel));
+        let mut finder = self.index.finder();
+        surfels.iter_mut().for_each(|surfel| self.carry(&mut finder, surfel));
     }
 
-    fn carry(&self, surfel: &mut Surfel) {
-        let binding = self.index.bind(surfel.position_in_world_m);
+    fn carry(&self, finder: &mut NodeFinder, surfel: &mut Surfel) {
+        let binding = finder.bind(surfel.position_in_world_m);
         let movers = || binding.nodes.into_iter().zip(binding.weights).filter(|(_, weight)| *weight > 0.0);
         if !movers().any(|(node, _)| self.motions[node].moves) {
             return;

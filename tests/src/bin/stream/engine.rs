@@ -6,12 +6,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use mis_slam::convert;
-use mis_slam::session::engine::{Engine, EngineError, RunningEngine};
+use mis_slam::session::engine::{Engine, EngineError, EngineResults, EngineStart, RunningEngine};
 use mis_slam::session::hub::{Hub, PoseUpdate};
 use mis_slam::session::mailbox::MailboxReceiver;
 use mis_slam::session::worker::StereoPair;
 use protocol::v1::{RigidTransform, TrackingOutcome};
-use recording::Calibration;
 
 use crate::clock::thread_cpu;
 use crate::selection::Run;
@@ -42,16 +41,17 @@ pub struct Player {
 struct Playing(JoinHandle<()>);
 
 impl RunningEngine for Playing {
-    fn join(self: Box<Self>) {
+    fn join(self: Box<Self>) -> Option<EngineResults> {
         // A player that failed has nothing to say that the missing figures do not.
         let _ = self.0.join();
+        None
     }
 }
 
 impl Engine for Player {
     fn start(
         &self,
-        _: &Calibration,
+        _: &EngineStart,
         pairs: MailboxReceiver<StereoPair>,
         hub: Arc<Hub>,
     ) -> Result<Box<dyn RunningEngine>, EngineError> {

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use mis_slam::service::{Service, ServiceConfig, ServiceError};
+use mis_slam::session::registry::{FeedWanted, Opening};
 use protocol::v1::{Calibration, Camera, RectifiedRig};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
@@ -34,6 +35,7 @@ impl BenchServer {
         let mut config: ServiceConfig = toml::from_str(shipped)?;
         config.server.listen = SocketAddr::from(([127, 0, 0, 1], 0));
         config.zenoh.enabled = false;
+        config.storage.directory = String::new().into();
         let (go, sent) = (Arc::new(AtomicBool::new(false)), Arc::default());
         let player = Player {
             run: Arc::clone(run),
@@ -49,7 +51,9 @@ impl BenchServer {
         let running = tokio::spawn(service.run(async move {
             let _ = stopped.await;
         }));
-        let open = move || registry.open(SESSION.parse().ok(), &calibration()).map(|_| ());
+        let feed = FeedWanted::Cart(Box::new(calibration()));
+        let opening = Opening { id: SESSION.parse().ok(), record: false, feed };
+        let open = move || registry.open(&opening).map(|_| ());
         if tokio::task::spawn_blocking(open).await?.is_err() {
             return Err(StreamError::Closed);
         }
