@@ -9,7 +9,9 @@ use nalgebra::Point3;
 use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
 use crate::model::{DiscardReason, FusionReport, SurfelModel};
 use crate::preprocess::{Preprocess, SurfaceStage};
-use crate::{BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, Observation, Rendering, Surfel, View};
+use crate::{
+    BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, Observation, Rendering, Surfel, View,
+};
 
 /// What a picture shows where the model does not cover it.
 const BACKGROUND: [u8; 3] = [18, 18, 22];
