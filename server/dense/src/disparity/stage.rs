@@ -5,7 +5,7 @@ use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, KernelDeclaration};
 use super::band::Band;
 use super::buffers::Images;
 use super::coarse_to_fine::{self, CoarseToFine, Refinement, Views};
-use super::config::{DisparityConfig, Method, SpreadConfig};
+use super::config::{DisparityConfig, Method, PatchConfig};
 use super::elas::{self, Elas};
 use super::fit_plane::{self, PlaneFit};
 use super::range::DisparityRange;
@@ -98,8 +98,8 @@ impl ElasPlanes {
         let views = Views { eyes: input.eyes(), size: input.size(), cell: 1 };
         let planes = (&images.planes, &targets);
         // coarser levels leave less for the last one to get wrong than a single level does
-        let spread = SpreadConfig { noise_levels: config.elas.patch_noise_levels, ..config.spread.clone() };
-        let refined = DisparityConfig { spread, ..config.clone() };
+        let patch = PatchConfig { noise_levels: config.elas.patch_noise_levels, ..config.patch.clone() };
+        let refined = DisparityConfig { patch, ..config.clone() };
         let rounds = config.elas.patch_rounds;
         let refinement = Refinement::new(gpu, views, &whole, planes, rounds, &refined)?;
         Ok(Self { whole, images, elas, fit_plane, refinement })

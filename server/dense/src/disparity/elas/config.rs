@@ -58,7 +58,7 @@ pub struct ElasConfig {
     pub filter_adaptive_mean: bool,
     /// Rounds of inverse search of planar patches at the end, by `[disparity.patch]`; not part of the publication.
     pub patch_rounds: u32,
-    /// As `disparity.spread.noise_levels`, for these rounds.
+    /// As `disparity.patch.noise_levels`, for these rounds.
     pub patch_noise_levels: f64,
     /// Standard deviation of a match whose cost rises by 1 to both sides together, px.
     pub rise_sigma_px: f64,
