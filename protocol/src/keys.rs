@@ -36,13 +36,15 @@ pub enum Lane {
     State,
     /// Newest left image.
     Preview,
+    /// Notes on the tissue and the model's place in the room.
+    Shared,
     /// Query with a hello; also the farewell of the server.
     Control,
 }
 
 impl Lane {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::IngestStereo,
         Self::IngestCalibration,
         Self::Pose,
@@ -50,6 +52,7 @@ impl Lane {
         Self::ModelSnapshot,
         Self::State,
         Self::Preview,
+        Self::Shared,
         Self::Control,
     ];
 
@@ -63,6 +66,7 @@ impl Lane {
             Self::ModelSnapshot => "model/snapshot",
             Self::State => "state",
             Self::Preview => "preview",
+            Self::Shared => "shared",
             Self::Control => "control",
         }
     }

@@ -1,5 +1,7 @@
 //! Versions and sizes that both sides know beforehand.
 
+use std::ops::RangeInclusive;
+
 /// The oldest protocol version that this crate speaks.
 pub const OLDEST_VERSION: u32 = 1;
 /// The newest protocol version that this crate speaks.
@@ -19,6 +21,17 @@ pub const MAX_MESSAGE_BYTES: usize = 64 << 20;
 
 /// Surfels in one snapshot chunk: under 60,000 bytes with ids and versions, so that it fits one zenoh batch of 64 KiB.
 pub const SNAPSHOT_CHUNK_SURFELS: usize = 2500;
+
+/// Notes on the tissue of one session.
+pub const ANNOTATIONS_MAX: usize = 256;
+/// Characters of a note.
+pub const ANNOTATION_TEXT_MAX_CHARS: usize = 200;
+/// Characters of the name of a note's author.
+pub const ANNOTATION_AUTHOR_MAX_CHARS: usize = 40;
+/// Headsets of one session whose anchors are kept.
+pub const HEADSETS_MAX: usize = 64;
+/// Scales in which headsets may show a model; 1 is life size.
+pub const PLACEMENT_SCALES: RangeInclusive<f32> = 0.05..=50.0;
 
 /// Time in which a peer must say hello.
 pub const HELLO_TIMEOUT_MS: u64 = 5_000;

@@ -41,6 +41,12 @@ fn every_limit_has_its_value() {
         limits::MAX_MESSAGE_BYTES
     ));
     assert_stated(&format!("| surfels in one snapshot chunk | {} |", limits::SNAPSHOT_CHUNK_SURFELS));
+    assert_stated(&format!("| notes in a session | {} |", limits::ANNOTATIONS_MAX));
+    assert_stated(&format!("| characters of a note | {} |", limits::ANNOTATION_TEXT_MAX_CHARS));
+    assert_stated(&format!("| characters of its author | {} |", limits::ANNOTATION_AUTHOR_MAX_CHARS));
+    assert_stated(&format!("| headsets with an anchor | {} |", limits::HEADSETS_MAX));
+    let scales = limits::PLACEMENT_SCALES;
+    assert_stated(&format!("| scale of a placement | {} to {} |", scales.start(), scales.end()));
     assert_stated(&format!("| time to say hello, ms | {} |", limits::HELLO_TIMEOUT_MS));
     assert_stated(&format!("| protocol version | {} |", limits::NEWEST_VERSION));
 }

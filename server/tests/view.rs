@@ -132,3 +132,40 @@ async fn a_stopping_server_tells_everybody_and_ends() {
     assert!(server.registry.is_draining());
     server.ended().await.unwrap();
 }
+
+fn note(text: &str) -> to_server::Body {
+    let annotation = v1::Annotation { surfel_id: 3, text: text.to_owned(), ..v1::Annotation::default() };
+    let change = v1::shared_change::Change::Annotate(annotation);
+    to_server::Body::SharedChange(v1::SharedChange { change: Some(change) })
+}
+
+fn shared(body: from_server::Body) -> Option<v1::SharedScene> {
+    if let from_server::Body::Shared(scene) = body { Some(scene) } else { None }
+}
+
+#[tokio::test]
+async fn a_note_reaches_viewers_that_are_there_and_those_that_come_later() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let (mut writer, mut reader) = (server.join(VIEW).await, server.join(VIEW).await);
+    writer.say(note("polyp")).await;
+    let mut late = server.join(VIEW).await;
+    for viewer in [&mut writer, &mut reader, &mut late] {
+        let scene = viewer.hear_until(shared).await;
+        assert_eq!((scene.annotations[0].id, scene.annotations[0].text.as_str()), (1, "polyp"));
+    }
+}
+
+#[tokio::test]
+async fn a_note_without_text_is_refused_and_the_stream_goes_on() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let mut viewer = server.join(VIEW).await;
+    viewer.say(note("")).await;
+    let refused = |body| if let from_server::Body::Refusal(refusal) = body { Some(refusal) } else { None };
+    let refusal = viewer.hear_until(refused).await;
+    assert_eq!(refusal.reason(), v1::Reason::InvalidChange);
+    assert!(refusal.text.contains("text has 0 characters"), "{}", refusal.text);
+    viewer.say(note("vessel")).await;
+    assert_eq!(viewer.hear_until(shared).await.annotations.len(), 1);
+}

@@ -246,3 +246,27 @@ async fn viewers_on_zenoh_hear_the_farewell() {
     let from_server::Body::Farewell(farewell) = next(&control).await else { panic!("no farewell") };
     assert_eq!(farewell.text, "closed by request");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_note_asked_for_over_zenoh_is_answered_by_all_that_is_shared() {
+    let server = server().await;
+    let peer = Peer::connect(&server, "headset").await;
+    peer.calibrate().await;
+    let note = |text: &str| {
+        let annotation = v1::Annotation { text: text.to_owned(), ..v1::Annotation::default() };
+        let change = v1::shared_change::Change::Annotate(annotation);
+        to_server::Body::SharedChange(v1::SharedChange { change: Some(change) })
+    };
+    let control = Lane::Control.key(&id("z"));
+    let from_server::Body::Shared(scene) = peer.ask(&control, note("polyp")).await else {
+        panic!("not all that is shared")
+    };
+    assert_eq!(scene.annotations.len(), 1);
+    let from_server::Body::Refusal(refusal) = peer.ask(&control, note("")).await else {
+        panic!("no refusal")
+    };
+    assert_eq!(refusal.reason(), v1::Reason::InvalidChange);
+    let unknown = peer.ask(&Lane::Control.key(&id("nobody")), note("polyp")).await;
+    let from_server::Body::Refusal(refusal) = unknown else { panic!("no refusal") };
+    assert_eq!(refusal.reason(), v1::Reason::UnknownSession);
+}

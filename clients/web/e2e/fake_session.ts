@@ -6,6 +6,7 @@ import { ImageFormat } from '../src/generated/mis_slam/v1/image_pb';
 import { TrackingOutcome } from '../src/generated/mis_slam/v1/pose_pb';
 import { SessionStatus } from '../src/generated/mis_slam/v1/session_pb';
 import { FakeModel } from './fake_model';
+import { FakeShared } from './fake_shared';
 
 const CAMERA = { widthPx: 320, heightPx: 240, fxPx: 300, fyPx: 300, cxPx: 159.5, cyPx: 119.5 };
 const STATES_PER_S = 4;
@@ -20,6 +21,7 @@ export class FakeSession {
   private readonly viewers = new Set<WebSocket>();
   private readonly timers: NodeJS.Timeout[];
   private readonly startMs = Date.now();
+  private readonly shared = new FakeShared();
   private status = SessionStatus.LIVE;
   private paused = false;
   private poses = 0;
@@ -46,7 +48,11 @@ export class FakeSession {
       if (body.case === 'hello') {
         send(viewer, { case: 'hello', value: { oldestVersion: 1, newestVersion: 1, software: 'fake' } });
         send(viewer, this.state());
+        send(viewer, { case: 'shared', value: this.shared.scene });
         this.seed(viewer);
+      } else if (body.case === 'sharedChange') {
+        this.shared.apply(body.value);
+        this.publish({ case: 'shared', value: this.shared.scene });
       } else if (body.case === 'resync') {
         this.resyncs += 1;
         this.seed(viewer);

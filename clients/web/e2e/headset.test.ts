@@ -29,14 +29,20 @@ after(async () => {
   await server.stop();
 });
 
+/** A page of its own browser profile, in whose headset the model is about to be shown. */
+async function openPage(): Promise<Page> {
+  const opened = await browser.newPage({ viewport: { width: 900, height: 700 } });
+  opened.setDefaultTimeout(TIMEOUT_MS);
+  opened.on('pageerror', (error) => errors.push(String(error)));
+  await opened.addInitScript({ path: 'node_modules/iwer/build/iwer.min.js' });
+  await opened.addInitScript(EMULATION);
+  await opened.goto(`${server.url}/#/sessions/${server.session.id}`);
+  return opened;
+}
+
 beforeEach(async () => {
   errors = [];
-  page = await browser.newPage({ viewport: { width: 900, height: 700 } });
-  page.setDefaultTimeout(TIMEOUT_MS);
-  page.on('pageerror', (error) => errors.push(String(error)));
-  await page.addInitScript({ path: 'node_modules/iwer/build/iwer.min.js' });
-  await page.addInitScript(EMULATION);
-  await page.goto(`${server.url}/#/sessions/${server.session.id}`);
+  page = await openPage();
   await until('misSlam.following && misSlam.framesDrawn > 5');
 });
 afterEach(async () => {
@@ -136,6 +142,51 @@ test('a tool is chosen on the wrist and measures where the other hand points', a
   }
   const { measuredMm } = await until('misSlam.measuredMm.length === 1');
   assert.ok(Math.abs((measuredMm[0] ?? 0) - 35) < 4, `${measuredMm} mm`);
+});
+
+/** Touches three points with the right hand as the align tool wants it, and so gives the room its marker frame. */
+async function touchMarker(of: Page, points: readonly Place[]): Promise<void> {
+  page = of;
+  await moveHand('left', -0.25, 1.3, -0.35);
+  // The third plate of the menu.
+  await aim('right', [0.2, 1.4, -0.1], [-0.25, 1.3 + 0.106 * Math.cos(0.6), -0.35 - 0.106 * Math.sin(0.6)]);
+  await click('right');
+  for (const point of points) {
+    await moveHand('right', ...point);
+    await click('right');
+  }
+}
+
+test('two headsets whose wearers touch the same marker see the model at one place', async () => {
+  const [first, second] = [page, await openPage()];
+  const shiftM = 0.5;
+  for (const [wearer, offsetM] of [
+    [first, 0],
+    [second, shiftM],
+  ] as const) {
+    page = wearer;
+    await page.getByRole('button', { name: 'VR', exact: true }).click();
+    await until('misSlam.headset !== null');
+    // The rooms of the two headsets differ by a shift along x.
+    await touchMarker(wearer, [
+      [offsetM, 1, -0.5],
+      [offsetM + 0.2, 1, -0.5],
+      [offsetM, 1, -0.7],
+    ]);
+  }
+  page = first;
+  await press('right', 'squeeze', 1);
+  await moveHand('right', 0.4, 1.2, -0.6);
+  await press('right', 'squeeze', 0);
+  const placed = place((await page.evaluate('misSlam')) as PageStatus);
+  page = second;
+  const expected = [placed[0] + shiftM, placed[1], placed[2]];
+  const [x, y, z] = expected;
+  await until(
+    `Math.hypot(misSlam.headset[12] - ${x}, misSlam.headset[13] - ${y}, misSlam.headset[14] - ${z}) < 1e-3`,
+  );
+  await second.close();
+  page = first;
 });
 
 test('two hands drawn apart make the model larger', async () => {

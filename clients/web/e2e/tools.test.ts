@@ -132,9 +132,27 @@ test('a model that is too old is hidden, which is said, and shown again', async 
   server.session.pause();
   await until('misSlam.hidden');
   await page.locator('.banner', { hasText: 'hidden' }).waitFor();
-  assert.equal(await notBlank(page, await page.screenshot()), false);
+  const endMs = Date.now() + TIMEOUT_MS;
+  while ((await notBlank(page, await page.screenshot())) && Date.now() < endMs)
+    await page.waitForTimeout(200);
+  assert.ok(Date.now() < endMs, 'the model is still seen');
   server.session.resume();
   await until('!misSlam.hidden');
+});
+
+test('a note is written at a place, seen by another viewer, and erased', async () => {
+  await page.keyboard.press('n');
+  await touchModel(0.5, 0.5, () => page.getByRole('form', { name: 'New note' }).isVisible());
+  await page.getByLabel('Note', { exact: true }).fill('polyp, check');
+  await page.getByLabel('Your name').fill('Ada');
+  await page.getByRole('button', { name: 'Write' }).click();
+  await page.locator('.mark-label.annotation', { hasText: 'polyp, check' }).waitFor();
+  const other = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  await other.goto(page.url());
+  await other.locator('.annotations li', { hasText: 'polyp, check (Ada)' }).waitFor();
+  await other.getByRole('button', { name: 'Erase note: polyp, check' }).click();
+  await until('misSlam.notes === 0');
+  await other.close();
 });
 
 test('the view is saved as a picture', async () => {

@@ -42,6 +42,8 @@ export interface PageStatus {
   readonly framesDrawn: number;
   /** How often the model was asked for again. */
   readonly resyncs: number;
+  /** Notes on the tissue. */
+  readonly notes: number;
   /** Where the headset has the model: room_from_world, 16 numbers by columns; null without one. */
   readonly headset: readonly number[] | null;
   /** The last errors, oldest first: of the protocol, of the page. */
@@ -70,6 +72,7 @@ const LIST_STATUS: PartOfPage = {
   previews: 0,
   framesDrawn: 0,
   resyncs: 0,
+  notes: 0,
   headset: null,
 };
 

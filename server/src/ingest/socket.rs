@@ -103,8 +103,13 @@ async fn handle(
         Some(to_server::Body::Calibration(calibration)) => {
             (None, recalibrate(feed, registry, calibration).await)
         }
-        Some(to_server::Body::Hello(_) | to_server::Body::Resync(_) | to_server::Body::View(_)) => {
-            let text = "hello, resync and view may not come here";
+        Some(
+            to_server::Body::Hello(_)
+            | to_server::Body::Resync(_)
+            | to_server::Body::View(_)
+            | to_server::Body::SharedChange(_),
+        ) => {
+            let text = "hello, resync, view and shared changes may not come here";
             return Err(Ending::Refused(Rejection::new(Reason::MalformedMessage, text)));
         }
         None => (None, Ok(())),

@@ -66,7 +66,7 @@ pub async fn serve(
         zenoh.declare_queryable(key).callback(move |query| callbacks.request(request(query)))
     };
     let _calibrations = query(keys::ALL_CALIBRATION, Request::Calibration).await?;
-    let _control = query(keys::ALL_CONTROL, Request::Hello).await?;
+    let _control = query(keys::ALL_CONTROL, Request::Control).await?;
     let _snapshots = query(keys::ALL_SNAPSHOTS, Request::Snapshot).await?;
     let on_sample = callbacks.clone();
     let _puts = zenoh.declare_subscriber(keys::ALL_INGEST).callback(move |put| on_sample.take(put)).await?;

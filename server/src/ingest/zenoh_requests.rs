@@ -24,8 +24,8 @@ pub(super) enum Request {
     Calibration(Query),
     /// A calibration that was put; only a refusal is answered.
     CalibrationPut(Sample),
-    /// A query with a hello.
-    Hello(Query),
+    /// A query with a hello or a shared change.
+    Control(Query),
     /// A query for the whole model.
     Snapshot(Query),
     /// A refusal to be sent to a cart.
@@ -101,9 +101,10 @@ impl Requests {
                 reply(&query, outcome.map(|token| vec![hello(token)])).await
             }
             Request::CalibrationPut(put) => self.answer_put(&put).await,
-            Request::Hello(query) => {
+            Request::Control(query) => {
                 let payload = query.payload().cloned().unwrap_or_default();
-                reply(&query, self.greet(&payload).map(|hello| vec![hello])).await
+                let id = session_of(query.key_expr().as_str());
+                reply(&query, id.and_then(|id| self.control(&id, &payload)).map(|said| vec![said])).await
             }
             Request::Snapshot(query) => self.answer_with_snapshot(query).await,
             Request::Refusal { key, refusal } => self.refuse(key, refusal).await,
@@ -162,9 +163,13 @@ impl Requests {
         Ok(self.zenoh.put(key, bytes).await?)
     }
 
-    fn greet(&self, payload: &ZBytes) -> Result<Bytes, Rejection> {
+    /// A hello, which needs no session, or a change of what the session's viewers share.
+    fn control(&self, id: &SessionId, payload: &ZBytes) -> Result<Bytes, Rejection> {
         match read_envelope(payload, self.message_max_bytes)?.body {
             Some(to_server::Body::Hello(hello)) => answer(&hello).map(encode_hello),
+            Some(to_server::Body::SharedChange(change)) => {
+                self.registry.find(id.as_str())?.hub().change_shared(change)
+            }
             _ => Err(misplaced()),
         }
     }

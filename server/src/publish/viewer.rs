@@ -6,7 +6,7 @@ use protocol::v1::{Reason, to_server};
 
 use super::model_lane::Seed;
 use crate::convert;
-use crate::http::socket::{Ending, Peer, newest, session_closed};
+use crate::http::socket::{Ending, Peer, newest, refusal, session_closed};
 use crate::session::hub::Hub;
 use crate::session::intake::Rejection;
 
@@ -26,9 +26,9 @@ pub async fn serve(mut peer: Peer, hub: Arc<Hub>) {
 async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
     let mut closing = hub.closing.subscribe();
     let model = hub.model.subscribe(Seed::Snapshot);
-    let (mut state, mut pose, mut preview) =
-        (hub.state.subscribe(), hub.pose.subscribe(), hub.preview.subscribe());
-    for lane in [&mut state, &mut pose, &mut preview] {
+    let (mut state, mut pose, mut preview, mut shared) =
+        (hub.state.subscribe(), hub.pose.subscribe(), hub.preview.subscribe(), hub.shared.subscribe());
+    for lane in [&mut state, &mut pose, &mut preview, &mut shared] {
         lane.mark_changed();
     }
     loop {
@@ -39,9 +39,15 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
             message = peer.receive() => match message? {
                 Some(to_server::Body::Resync(_)) => model.resync(),
                 Some(to_server::Body::View(view)) => model.set_wishes(convert::wishes_from_wire(&view)),
+                Some(to_server::Body::SharedChange(change)) => {
+                    if let Err(rejection) = hub.change_shared(change) {
+                        peer.send(protocol::from_server(refusal(rejection.reason, &rejection.text))).await?;
+                    }
+                }
                 Some(_) => return Err(misplaced()),
                 None => {}
             },
+            bytes = newest(&mut shared) => peer.send(bytes).await?,
             bytes = newest(&mut pose) => peer.send(bytes).await?,
             bytes = newest(&mut preview) => peer.send(bytes).await?,
             Some(bytes) = model.next() => peer.send(bytes).await?,
@@ -50,5 +56,8 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
 }
 
 fn misplaced() -> Ending {
-    Ending::Refused(Rejection::new(Reason::MalformedMessage, "a viewer sends nothing but view and resync"))
+    Ending::Refused(Rejection::new(
+        Reason::MalformedMessage,
+        "a viewer sends nothing but view, resync and shared changes",
+    ))
 }

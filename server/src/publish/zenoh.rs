@@ -51,6 +51,7 @@ struct Lanes<'a> {
     pose: Publisher<'a>,
     state: Publisher<'a>,
     preview: Publisher<'a>,
+    shared: Publisher<'a>,
     model: Publisher<'a>,
 }
 
@@ -65,6 +66,7 @@ impl<'a> Lanes<'a> {
             pose: lane(Lane::Pose, CongestionControl::Drop, Priority::RealTime).express(true).await?,
             state: lane(Lane::State, CongestionControl::Block, Priority::DataHigh).await?,
             preview: lane(Lane::Preview, CongestionControl::Drop, Priority::DataLow).await?,
+            shared: lane(Lane::Shared, CongestionControl::Block, Priority::Data).await?,
             model: lane(Lane::ModelEpoch, CongestionControl::Drop, Priority::Data).await?,
         })
     }
@@ -74,8 +76,8 @@ async fn publish(zenoh: &zenoh::Session, hub: &Hub) -> Result<(), ZenohError> {
     let _alive = zenoh.liveliness().declare_token(keys::server_token(hub.id())).await?;
     let lanes = Lanes::declare(zenoh, hub.id()).await?;
     let mut closing = hub.closing.subscribe();
-    let (mut state, mut pose, mut preview) =
-        (hub.state.subscribe(), hub.pose.subscribe(), hub.preview.subscribe());
+    let (mut state, mut pose, mut preview, mut shared) =
+        (hub.state.subscribe(), hub.pose.subscribe(), hub.preview.subscribe(), hub.shared.subscribe());
     let mut refusals = hub.refusals.subscribe();
     let model = hub.model.subscribe(Seed::Nothing);
     state.mark_changed();
@@ -85,6 +87,7 @@ async fn publish(zenoh: &zenoh::Session, hub: &Hub) -> Result<(), ZenohError> {
             bytes = newest(&mut state) => lanes.state.put(bytes).await?,
             ending = session_closed(&mut closing, hub.id()) => return say_farewell(zenoh, hub.id(), ending).await,
             bytes = newest(&mut pose) => lanes.pose.put(bytes).await?,
+            bytes = newest(&mut shared) => lanes.shared.put(bytes).await?,
             Ok(bytes) = refusals.recv() => refuse(zenoh, hub, bytes).await?,
             bytes = newest(&mut preview) => lanes.preview.put(bytes).await?,
             Some(bytes) = model.next() => lanes.model.put(bytes).await?,

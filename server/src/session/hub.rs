@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use geometry::trajectory::StampedPose;
 use protocol::v1::{
     Camera, EncodedImage, Pose, PreviewImage, Reason, ReplayPosition, RigidTransform, SessionState,
-    SessionStatus, StereoPair, TrackingOutcome, from_server,
+    SessionStatus, SharedChange, StereoPair, TrackingOutcome, from_server,
 };
 use protocol::{Bytes, ProtocolError, SessionId};
 use tokio::sync::{broadcast, watch};
@@ -18,6 +18,7 @@ use super::intake::{Intake, Rejection};
 use super::journal::{Entry, JournalInlet};
 use super::lifecycle::{Claim, Event, Lifecycle, SourceBusy, SourceId};
 use super::mailbox::{Offer, Policy};
+use super::shared_scene::SharedScene;
 use super::tally::{Arrivals, Drops, Meter};
 use crate::convert;
 use crate::publish::PublishConfig;
@@ -55,12 +56,15 @@ pub struct Hub {
     facts: Mutex<Facts>,
     /// Where what comes and what is found is written down, while it is.
     journal: Mutex<Option<JournalInlet>>,
+    shared_scene: Mutex<SharedScene>,
     /// Newest pose.
     pub pose: watch::Sender<Option<Bytes>>,
     /// Newest state.
     pub state: watch::Sender<Option<Bytes>>,
     /// Newest left image.
     pub preview: watch::Sender<Option<Bytes>>,
+    /// What the viewers share.
+    pub shared: watch::Sender<Option<Bytes>>,
     /// The model.
     pub model: ModelLane,
     /// Refusals of single pairs, for the cart.
@@ -125,9 +129,11 @@ impl Hub {
             takeover_token,
             facts: Mutex::new(facts),
             journal: Mutex::new(None),
+            shared_scene: Mutex::default(),
             pose: watch::Sender::new(None),
             state: watch::Sender::new(None),
             preview: watch::Sender::new(None),
+            shared: watch::Sender::new(None),
             model: ModelLane::new(publish.lag_limits()),
             refusals: broadcast::Sender::new(REFUSALS_WAITING_MAX),
             closing: watch::Sender::new(None),
@@ -356,6 +362,19 @@ impl Hub {
             let pose = StampedPose { stamp_ns: update.stamp_ns, world_from_camera };
             self.write_down(Policy::NewestWins, Entry::Pose(pose));
         }
+    }
+
+    /// Changes what the viewers share, and tells them all.
+    ///
+    /// # Errors
+    /// [`Rejection`]: the change cannot be made.
+    pub fn change_shared(&self, change: SharedChange) -> Result<Bytes, Rejection> {
+        let mut scene = self.shared_scene.lock().unwrap_or_else(PoisonError::into_inner);
+        scene.apply(change).map_err(|error| Rejection::new(Reason::InvalidChange, error.to_string()))?;
+        let bytes = protocol::from_server(from_server::Body::Shared(scene.to_wire()));
+        // Sent under the lock, so that the last change is the last that is told.
+        self.shared.send_replace(Some(bytes.clone()));
+        Ok(bytes)
     }
 
     /// Publishes a left image.

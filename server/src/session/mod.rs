@@ -20,6 +20,7 @@ pub mod replay_source;
 mod results;
 mod settings;
 pub mod shared_gpu;
+pub mod shared_scene;
 mod tally;
 pub mod worker;
 

@@ -8,12 +8,14 @@ const REBIND_WITHIN_M = 0.002;
 export class Anchor {
   private positionM: Point;
 
+  /** `lastSeen` is where the surfel was, for where it is not held (any more). */
   constructor(
     private readonly store: SurfelStore,
     private surfel: number,
+    lastSeen: Point = [0, 0, 0],
   ) {
     const slot = store.slot(surfel);
-    this.positionM = slot === undefined ? [0, 0, 0] : store.position(slot);
+    this.positionM = slot === undefined ? lastSeen : store.position(slot);
   }
 
   /** The surfel that it is bound to. */

@@ -1,5 +1,6 @@
 import { type Pose, TrackingOutcome } from '../generated/mis_slam/v1/pose_pb';
 import type { SessionState } from '../generated/mis_slam/v1/session_pb';
+import type { SharedChange, SharedScene } from '../generated/mis_slam/v1/shared_pb';
 import { SurfelStore } from '../model/surfel_store';
 import { describePage, type PartOfPage, recordError } from '../page_status';
 import { Stage } from '../scene/stage';
@@ -11,10 +12,12 @@ import { element, setData, setText } from '../ui/dom';
 import type { Page } from '../ui/page';
 import { age, ageTone, viewedStatusWording } from '../ui/wording';
 import type { Headset, HeadsetMode } from '../xr/headset';
+import { SharedPlacement } from '../xr/shared_placement';
 import { Banner, messageFor } from './banner';
 import { DisplayOptions } from './display_options';
 import { HeadsetButtons } from './headset_buttons';
 import { MeasurementList } from './measurement_list';
+import { Notes } from './notes';
 import { savePicture, toggleFullScreen } from './picture';
 import { Plots } from './plots';
 import { Preview } from './preview';
@@ -43,6 +46,8 @@ export class SessionPage implements Page {
   private readonly panel = new StatusPanel();
   private readonly preview = new Preview(recordError);
   private readonly plots = new Plots();
+  private readonly notes: Notes;
+  private readonly sharedPlacement: SharedPlacement;
   private readonly options: DisplayOptions;
   private readonly measurements: MeasurementList;
   private readonly store = new SurfelStore();
@@ -59,6 +64,9 @@ export class SessionPage implements Page {
   constructor(private readonly session: string) {
     this.heading = element('div', {}, element('h1', {}, session), this.statusPill, this.agePill);
     this.stage = startStage(this.canvas, this.store);
+    const change = (wanted: SharedChange) => this.feed.changeShared(wanted);
+    this.notes = new Notes(this.store, change, () => this.showMarks());
+    this.sharedPlacement = new SharedPlacement(change);
     this.tools = this.makeTools();
     this.toolbar = this.makeToolbar();
     this.options = this.makeOptions();
@@ -71,6 +79,7 @@ export class SessionPage implements Page {
       pose: (pose) => this.takePose(pose),
       preview: (image) => image.left !== undefined && this.preview.show(image.left),
       state: (state) => this.takeState(state),
+      shared: (scene) => this.takeShared(scene),
       disconnected: () => void this.askWhetherUnknown(),
       error: recordError,
     });
@@ -92,7 +101,10 @@ export class SessionPage implements Page {
 
   private makeTools(): Tools | undefined {
     if (this.stage === undefined) return undefined;
-    return new Tools(this.canvas, this.stage, this.store, { changed: () => this.showMeasurements() });
+    return new Tools(this.canvas, this.stage, this.store, {
+      annotate: (surfel) => this.notes.ask(surfel),
+      changed: () => this.showMarks(),
+    });
   }
 
   private makeToolbar(): Toolbar {
@@ -151,10 +163,10 @@ export class SessionPage implements Page {
     this.toolbar.root.append(new HeadsetButtons((mode) => void this.wear(mode), recordError).root);
     model.append(this.toolbar.root);
     const image = element('section', { class: 'card', 'aria-label': 'Scope' }, this.preview.root);
-    const { measurements, options, panel, plots } = this;
+    const { measurements, notes, options, panel, plots } = this;
     this.root.append(
       model,
-      element('aside', {}, image, measurements.root, options.root, panel.root, plots.root),
+      element('aside', {}, image, measurements.root, notes.panel.root, options.root, panel.root, plots.root),
     );
   }
 
@@ -168,8 +180,8 @@ export class SessionPage implements Page {
           const surfel = stage.pickAlong(ray);
           if (surfel !== undefined) this.tools?.measureTo(surfel);
         },
-        placed: () => {},
-        aligned: () => {},
+        placed: (roomFromWorld) => this.sharedPlacement.place(roomFromWorld),
+        aligned: (roomFromMarker) => this.sharedPlacement.align(roomFromMarker),
         ended: () => {
           this.headset = undefined;
         },
@@ -179,11 +191,17 @@ export class SessionPage implements Page {
     }
   }
 
-  private showMeasurements(): void {
+  private takeShared(scene: SharedScene): void {
+    this.notes.take(scene);
+    const placement = this.sharedPlacement.placementIn(scene);
+    if (placement !== undefined) this.headset?.place(placement);
+  }
+
+  private showMarks(): void {
     if (this.tools === undefined) return;
     const readings = this.tools.readings({ epoch: this.feed.replica.epoch, errorM: MODEL_ERROR_M });
     this.measurements.show(readings);
-    this.stage?.showMarks(this.tools.marks(readings));
+    this.stage?.showMarks([...this.tools.marks(readings), ...this.notes.marks()]);
   }
 
   private takePose(pose: Pose): void {
@@ -226,6 +244,7 @@ export class SessionPage implements Page {
       previews: this.preview.imagesShown,
       framesDrawn: this.stage?.framesDrawn ?? 0,
       resyncs: feed.resyncs,
+      notes: this.notes.count,
       headset: this.headset?.placement?.elements ?? null,
     };
   }
@@ -236,7 +255,7 @@ export class SessionPage implements Page {
     this.stage?.hideModel(shown.hidden);
     this.stage?.setEpoch(shown.epoch);
     this.options.showLegend(this.stage?.legend);
-    if (this.tools?.inUse) this.showMeasurements();
+    if (this.tools?.inUse || this.notes.inUse) this.showMarks();
     this.preview.showAge(this.feed.previewAge.ageMs(performance.now()));
     this.showFigures(shown);
     this.banner.show(

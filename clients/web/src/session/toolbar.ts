@@ -32,6 +32,13 @@ export class Toolbar {
         false,
         chooser('measure'),
       ),
+      annotate: toggle(
+        'Annotate',
+        'Write a note at a place on the tissue (N)',
+        'n',
+        false,
+        chooser('annotate'),
+      ),
     };
     this.root = element(
       'div',
@@ -41,6 +48,7 @@ export class Toolbar {
       this.followButton,
       toggle('Path', 'Show the way of the scope (P)', 'p', true, actions.path),
       this.toolButtons.measure,
+      this.toolButtons.annotate,
       button('Full screen', 'Fill the screen, or leave it (G)', 'g', actions.fullScreen),
       button('Picture', 'Save the view as an image (I)', 'i', actions.picture),
     );

@@ -5,7 +5,7 @@ import type { Mark } from '../scene/marks';
 import type { Stage } from '../scene/stage';
 
 /** What a click on the model does. */
-export type Tool = 'look' | 'measure';
+export type Tool = 'look' | 'measure' | 'annotate';
 
 /** A pointer that moved farther than this between press and release turned the view and meant no place. */
 const CLICK_SLACK_PX = 5;
@@ -19,6 +19,8 @@ export interface ModelState {
 
 /** Reacts to what the tools make. */
 export interface ToolEvents {
+  /** A surfel was chosen to be annotated. */
+  annotate(surfel: number): void;
   /** Measurements came or went. */
   changed(): void;
 }
@@ -121,7 +123,8 @@ export class Tools {
     if (this.tool === 'look') return;
     const surfel = this.stage.pick(clientX, clientY);
     if (surfel === undefined) return;
-    this.measureTo(surfel);
+    if (this.tool === 'annotate') this.events.annotate(surfel);
+    else this.measureTo(surfel);
   }
 
   /** Takes a surfel as the next end of a measurement. */

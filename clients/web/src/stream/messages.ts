@@ -8,6 +8,7 @@ import {
   type ToServer,
   ToServerSchema,
 } from '../generated/mis_slam/v1/envelope_pb';
+import type { SharedChange } from '../generated/mis_slam/v1/shared_pb';
 import { ProtocolError } from '../model/protocol_error';
 
 /** The protocol versions that this page speaks. */
@@ -30,6 +31,11 @@ export function encodeHello(): Uint8Array<ArrayBuffer> {
 /** Asks for a snapshot. */
 export function encodeResync(heldEpoch: number): Uint8Array<ArrayBuffer> {
   return encode({ case: 'resync', value: create(ResyncSchema, { heldEpoch }) });
+}
+
+/** Asks for a change of what viewers share. */
+export function encodeSharedChange(change: SharedChange): Uint8Array<ArrayBuffer> {
+  return encode({ case: 'sharedChange', value: change });
 }
 
 function encode(body: ToServer['body']): Uint8Array<ArrayBuffer> {

@@ -3,11 +3,12 @@ import type { FromServer } from '../generated/mis_slam/v1/envelope_pb';
 import type { PreviewImage } from '../generated/mis_slam/v1/image_pb';
 import type { Pose } from '../generated/mis_slam/v1/pose_pb';
 import type { SessionState } from '../generated/mis_slam/v1/session_pb';
+import type { SharedChange, SharedScene } from '../generated/mis_slam/v1/shared_pb';
 import { type Applied, Replica } from '../model/replica';
 import type { SurfelStore } from '../model/surfel_store';
 import { Connection, type ConnectionState } from './connection';
 import { DataAge } from './data_age';
-import { decodeFromServer, encodeResync } from './messages';
+import { decodeFromServer, encodeResync, encodeSharedChange } from './messages';
 import { RateMeter } from './rate_meter';
 
 /** A snapshot that does not come is asked for again, and a bad one is not asked for at once, after this time. */
@@ -19,6 +20,8 @@ export interface FeedEvents {
   pose(pose: Pose): void;
   preview(image: PreviewImage): void;
   state(state: SessionState): void;
+  /** What viewers share changed, or is told for the first time. */
+  shared(scene: SharedScene): void;
   /** The connection broke or could not be made. */
   disconnected(): void;
   error(error: unknown): void;
@@ -56,6 +59,11 @@ export class SessionFeed {
       changed: (state) => this.connectionChanged(state),
     });
     this.resyncCheck = window.setInterval(() => this.resyncIfStuck(), RESYNC_CHECK_MS);
+  }
+
+  /** Asks the server to change what viewers share. */
+  changeShared(change: SharedChange): void {
+    this.connection.send(encodeSharedChange(change));
   }
 
   close(): void {
@@ -111,6 +119,9 @@ export class SessionFeed {
       case 'preview':
         this.previewAge.heard(performance.now());
         this.events.preview(body.value);
+        break;
+      case 'shared':
+        this.events.shared(body.value);
         break;
       case undefined:
         break;

@@ -18,13 +18,15 @@ import type { Pose } from "./pose_pb";
 import { file_mis_slam_v1_pose } from "./pose_pb";
 import type { SessionState } from "./session_pb";
 import { file_mis_slam_v1_session } from "./session_pb";
+import type { SharedChange, SharedScene } from "./shared_pb";
+import { file_mis_slam_v1_shared } from "./shared_pb";
 import type { Message } from "@bufbuild/protobuf";
 
 /**
  * Describes the file mis_slam/v1/envelope.proto.
  */
 export const file_mis_slam_v1_envelope: GenFile = /*@__PURE__*/
-  fileDesc("ChptaXNfc2xhbS92MS9lbnZlbG9wZS5wcm90bxILbWlzX3NsYW0udjEigwIKCFRvU2VydmVyEg4KBnNvdXJjZRgPIAEoCRIWCg50YWtlb3Zlcl90b2tlbhgOIAEoCRIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASLwoLY2FsaWJyYXRpb24YAiABKAsyGC5taXNfc2xhbS52MS5DYWxpYnJhdGlvbkgAEicKBHBhaXIYAyABKAsyFy5taXNfc2xhbS52MS5TdGVyZW9QYWlySAASJQoGcmVzeW5jGAQgASgLMhMubWlzX3NsYW0udjEuUmVzeW5jSAASIQoEdmlldxgFIAEoCzIRLm1pc19zbGFtLnYxLlZpZXdIAEIGCgRib2R5IpMDCgpGcm9tU2VydmVyEiMKBWhlbGxvGAEgASgLMhIubWlzX3NsYW0udjEuSGVsbG9IABInCgdyZWZ1c2FsGAIgASgLMhQubWlzX3NsYW0udjEuUmVmdXNhbEgAEiEKBHBvc2UYAyABKAsyES5taXNfc2xhbS52MS5Qb3NlSAASKAoFZXBvY2gYBCABKAsyFy5taXNfc2xhbS52MS5Nb2RlbEVwb2NoSAASLgoIc25hcHNob3QYBSABKAsyGi5taXNfc2xhbS52MS5TbmFwc2hvdENodW5rSAASKgoFc3RhdGUYBiABKAsyGS5taXNfc2xhbS52MS5TZXNzaW9uU3RhdGVIABIsCgdwcmV2aWV3GAcgASgLMhkubWlzX3NsYW0udjEuUHJldmlld0ltYWdlSAASKQoIZmFyZXdlbGwYCCABKAsyFS5taXNfc2xhbS52MS5GYXJld2VsbEgAEi0KCmNvbXByZXNzZWQYCSABKAsyFy5taXNfc2xhbS52MS5Db21wcmVzc2VkSABCBgoEYm9keWIGcHJvdG8z", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_image, file_mis_slam_v1_model, file_mis_slam_v1_pose, file_mis_slam_v1_session]);
+  fileDesc("ChptaXNfc2xhbS92MS9lbnZlbG9wZS5wcm90bxILbWlzX3NsYW0udjEitwIKCFRvU2VydmVyEg4KBnNvdXJjZRgPIAEoCRIWCg50YWtlb3Zlcl90b2tlbhgOIAEoCRIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASLwoLY2FsaWJyYXRpb24YAiABKAsyGC5taXNfc2xhbS52MS5DYWxpYnJhdGlvbkgAEicKBHBhaXIYAyABKAsyFy5taXNfc2xhbS52MS5TdGVyZW9QYWlySAASJQoGcmVzeW5jGAQgASgLMhMubWlzX3NsYW0udjEuUmVzeW5jSAASIQoEdmlldxgFIAEoCzIRLm1pc19zbGFtLnYxLlZpZXdIABIyCg1zaGFyZWRfY2hhbmdlGAYgASgLMhkubWlzX3NsYW0udjEuU2hhcmVkQ2hhbmdlSABCBgoEYm9keSK/AwoKRnJvbVNlcnZlchIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASJwoHcmVmdXNhbBgCIAEoCzIULm1pc19zbGFtLnYxLlJlZnVzYWxIABIhCgRwb3NlGAMgASgLMhEubWlzX3NsYW0udjEuUG9zZUgAEigKBWVwb2NoGAQgASgLMhcubWlzX3NsYW0udjEuTW9kZWxFcG9jaEgAEi4KCHNuYXBzaG90GAUgASgLMhoubWlzX3NsYW0udjEuU25hcHNob3RDaHVua0gAEioKBXN0YXRlGAYgASgLMhkubWlzX3NsYW0udjEuU2Vzc2lvblN0YXRlSAASLAoHcHJldmlldxgHIAEoCzIZLm1pc19zbGFtLnYxLlByZXZpZXdJbWFnZUgAEikKCGZhcmV3ZWxsGAggASgLMhUubWlzX3NsYW0udjEuRmFyZXdlbGxIABItCgpjb21wcmVzc2VkGAkgASgLMhcubWlzX3NsYW0udjEuQ29tcHJlc3NlZEgAEioKBnNoYXJlZBgKIAEoCzIYLm1pc19zbGFtLnYxLlNoYXJlZFNjZW5lSABCBgoEYm9keWIGcHJvdG8z", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_image, file_mis_slam_v1_model, file_mis_slam_v1_pose, file_mis_slam_v1_session, file_mis_slam_v1_shared]);
 
 /**
  * @generated from message mis_slam.v1.ToServer
@@ -80,6 +82,12 @@ export type ToServer = Message<"mis_slam.v1.ToServer"> & {
      */
     value: View;
     case: "view";
+  } | {
+    /**
+     * @generated from field: mis_slam.v1.SharedChange shared_change = 6;
+     */
+    value: SharedChange;
+    case: "sharedChange";
   } | { case: undefined; value?: undefined };
 };
 
@@ -155,6 +163,12 @@ export type FromServer = Message<"mis_slam.v1.FromServer"> & {
      */
     value: Compressed;
     case: "compressed";
+  } | {
+    /**
+     * @generated from field: mis_slam.v1.SharedScene shared = 10;
+     */
+    value: SharedScene;
+    case: "shared";
   } | { case: undefined; value?: undefined };
 };
 
