@@ -36,10 +36,10 @@ fn pairs_from_a_time_on_and_the_span_of_all_are_found_with_and_without_an_index(
     std::fs::write(&torn, &whole[..whole.len() - 20]).unwrap();
     for path in [path, torn] {
         let reader = recording::RecordingReader::open(&path, &common::config()).unwrap();
-        assert_eq!(reader.stereo_span_ns().unwrap(), (common::stamp(0), common::stamp(39)));
-        let stamps = reader.stereo_from(common::stamp(25)).unwrap().map(|pair| pair.unwrap().stamp_ns);
-        assert!(stamps.eq((25..40).map(common::stamp)));
-        assert_eq!(reader.stereo_from(common::stamp(39) + 1).unwrap().count(), 0);
+        assert_eq!(reader.stereo_span_ns().unwrap(), (stamp(0), stamp(39)));
+        let stamps = reader.stereo_from(stamp(25)).unwrap().map(|pair| pair.unwrap().stamp_ns);
+        assert!(stamps.eq((25..40).map(stamp)));
+        assert_eq!(reader.stereo_from(stamp(39) + 1).unwrap().count(), 0);
     }
 }
 

@@ -118,18 +118,24 @@ fn write_all(
 ) -> Result<(), String> {
     let interval = Duration::from_millis(options.recording.flush_interval_ms);
     let directory = options.path.parent().unwrap_or(Path::new("."));
-    let mut flushed = Instant::now();
+    let (mut flushed, mut written) = (Instant::now(), false);
     loop {
         match entries.take_within(interval.saturating_sub(flushed.elapsed())) {
-            Taken::Value(entry) => pen.write(entry).map_err(|error| error.to_string())?,
+            Taken::Value(entry) => {
+                pen.write(entry).map_err(|error| error.to_string())?;
+                written = true;
+            }
             Taken::Nothing => {}
             Taken::Closed => return Ok(()),
         }
-        if flushed.elapsed() >= interval {
+        if flushed.elapsed() < interval {
+            continue;
+        }
+        if std::mem::take(&mut written) {
             pen.writer.flush().map_err(|error| error.to_string())?;
             storage::check_room(directory, options.free_min_mib).map_err(|error| error.to_string())?;
-            flushed = Instant::now();
         }
+        flushed = Instant::now();
     }
 }
 
