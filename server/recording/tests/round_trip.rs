@@ -30,12 +30,12 @@ fn recorded(
 fn pairs_from_a_time_on_and_the_span_of_all_are_found_with_and_without_an_index() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rec.mcap");
-    common::write_recording(&path, 40, &common::config());
+    common::write_recording(&path, 40, &config());
     let whole = std::fs::read(&path).unwrap();
     let torn = folder.path().join("torn.mcap");
     std::fs::write(&torn, &whole[..whole.len() - 20]).unwrap();
     for path in [path, torn] {
-        let reader = recording::RecordingReader::open(&path, &common::config()).unwrap();
+        let reader = RecordingReader::open(&path, &config()).unwrap();
         assert_eq!(reader.stereo_span_ns().unwrap(), (stamp(0), stamp(39)));
         let stamps = reader.stereo_from(stamp(25)).unwrap().map(|pair| pair.unwrap().stamp_ns);
         assert!(stamps.eq((25..40).map(stamp)));
