@@ -86,6 +86,8 @@ pub struct StereoConfig {
     pub difference_median_factor: f32,
     /// Time in which a drift of the rig's disparity is followed, s.
     pub drift_time_s: f64,
+    /// Smallest drift that is believed, px.
+    pub drift_min_px: f64,
     /// Largest drift that is believed, px; 0 turns it off.
     pub drift_max_px: f64,
 }
@@ -254,7 +256,7 @@ pub struct RecognitionConfig {
 pub struct LoopConfig {
     /// Keyframes since the place was last seen.
     pub keyframes_between_min: u32,
-    /// Share of a keyframe's descriptors that an old one must have too to be looked at closely.
+    /// Share of a keyframe's descriptors of which an old one and its neighbours must have the most similar to be looked at closely.
     pub share_min: f64,
     /// Old points that must fit the new keyframe's pose.
     pub inliers_min: u32,
@@ -319,6 +321,7 @@ impl StereoConfig {
         let radius = self.search_radius_px;
         check("stereo.search_radius_px", f64::from(radius), (1..=8).contains(&radius), "1 to 8")?;
         check("stereo.drift_time_s", self.drift_time_s, self.drift_time_s > 0.0, "positive")?;
+        check("stereo.drift_min_px", self.drift_min_px, self.drift_min_px >= 0.0, "zero or more")?;
         check("stereo.drift_max_px", self.drift_max_px, (0.0..=8.0).contains(&self.drift_max_px), "0 to 8")
     }
 }

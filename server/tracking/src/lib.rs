@@ -3,8 +3,10 @@
 //!
 //! [`Tracker::track`] takes a rectified pair and gives a [`TrackingReport`]. The folders follow a frame's way:
 //! [`feature`] finds corners, [`matching`] finds them again, [`solve`] turns matches into poses and points, [`map`] holds
-//! keyframes and points, [`local_mapping`] tends them, [`following`] keeps what moves with the tissue, `tracker` decides. Everything is deterministic: the same
-//! frames give the same poses, whatever the number of threads.
+//! keyframes and points, [`local_mapping`] tends them on a thread of its own, [`relocalization`] recognises places,
+//! [`loop_closing`] takes drift out where the camera comes back, [`optimize`] holds the large least-squares problems of both,
+//! [`following`] keeps what moves with the tissue, `tracker` decides. In lockstep ([`MappingPace`]) everything is deterministic:
+//! the same frames give the same poses, whatever the number of threads.
 
 pub mod config;
 mod error;

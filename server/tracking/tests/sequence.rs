@@ -4,7 +4,9 @@ mod support;
 
 use geometry::{Gray, Pose, Raster};
 use support::{Relief, config, rig, scope_motion, stamp_ns};
-use tracking::{Outcome, PoseSource, StereoFrame, Tracker, TrackingError, TrackingReport};
+use tracking::{
+    CorrectionKind, MappingPace, Outcome, PoseSource, StereoFrame, Tracker, TrackingError, TrackingReport,
+};
 
 fn tracker() -> Tracker {
     Tracker::new(&config(), &rig()).expect("the shipped configuration")
@@ -69,6 +71,36 @@ fn a_jump_that_no_window_covers_is_bridged_by_descriptors() {
     let report = track(&mut tracker, 1, &Relief::render(&rig(), &jump));
     assert_eq!((report.outcome, report.source), (Outcome::Tracked, Some(PoseSource::LastFrame)));
     assert!(position_error_mm(&report, &jump) < 0.5);
+}
+
+#[test]
+fn a_map_that_began_with_something_else_is_forgotten() {
+    let mut tracker = tracker();
+    let elsewhere = Relief::render(&rig(), &Pose::translation(7.3, -4.1, 0.0));
+    let tissue = Relief::render(&rig(), &Pose::identity());
+    assert_eq!(track(&mut tracker, 0, &elsewhere).outcome, Outcome::Tracked);
+    let frames = config().recovery.restart_frames as usize;
+    for frame in 1..=frames {
+        assert_eq!(track(&mut tracker, frame, &tissue).outcome, Outcome::Lost { since_ns: stamp_ns(1) });
+    }
+    let report = track(&mut tracker, frames + 1, &tissue);
+    assert_eq!((report.outcome, report.source), (Outcome::Tracked, Some(PoseSource::FirstFrame)));
+    assert_eq!(report.correction.map(|correction| correction.kind), Some(CorrectionKind::Restart));
+    assert_eq!(report.world_from_camera, Some(Pose::identity()));
+    assert_eq!(tracker.map().keyframe_count(), 1);
+    assert_eq!(track(&mut tracker, frames + 2, &tissue).outcome, Outcome::Tracked);
+}
+
+#[test]
+fn live_mapping_is_taken_when_it_is_there() {
+    let mut tracker = Tracker::with_pace(&config(), &rig(), MappingPace::Asynchronous).expect("a tracker");
+    for frame in 0..12 {
+        let truth = scope_motion(2 * frame);
+        let report = track(&mut tracker, frame, &Relief::render(&rig(), &truth));
+        assert_eq!(report.outcome, Outcome::Tracked, "frame {frame}");
+        let error_mm = position_error_mm(&report, &truth);
+        assert!(error_mm < 0.5, "{error_mm} mm at frame {frame}");
+    }
 }
 
 #[test]

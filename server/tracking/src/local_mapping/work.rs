@@ -100,9 +100,9 @@ impl Finished {
     /// world there: multiply poses (`camera_from_world`) by it from the right.
     pub fn apply(&self, map: &mut Map, scales: &[f32]) -> Pose {
         apply(map, &self.edits, &mut Vec::new(), scales);
-        let pose_after =
-            map.keyframe(self.newest).map_or(self.pose_before, |newest| newest.camera_from_world);
-        let correction = self.pose_before.inverse() * pose_after;
+        // gone with a map that was forgotten meanwhile
+        let Some(newest) = map.keyframe(self.newest) else { return Pose::identity() };
+        let correction = self.pose_before.inverse() * newest.camera_from_world;
         map.move_newer_than(self.newest, &correction);
         correction
     }

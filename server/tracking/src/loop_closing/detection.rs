@@ -51,7 +51,7 @@ pub fn suspect(
     let bits = config.recognition.distance_max_bits;
     let descriptors = keyframe.mapped_descriptors();
     let best = candidates(places, map, &descriptors, bits, eligible).into_iter().next()?;
-    if best.share < config.loops.share_min {
+    if best.group_share < config.loops.share_min {
         return None;
     }
     let neighbours = covisible(map, best.keyframe).into_iter().map(|(id, _)| id).take(OLD_NEIGHBOURS);

@@ -28,8 +28,8 @@ pub fn candidates(
     distance_max_bits: u32,
     eligible: impl Fn(KeyframeId) -> bool,
 ) -> Vec<Candidate> {
-    let mut found = index.similar(descriptors, distance_max_bits);
-    found.retain(|similarity| eligible(similarity.keyframe) && map.keyframe(similarity.keyframe).is_some());
+    let eligible = |id: KeyframeId| eligible(id) && map.keyframe(id).is_some();
+    let found = index.similar(descriptors, distance_max_bits, eligible);
     let shares: BTreeMap<KeyframeId, f64> =
         found.iter().map(|similarity| (similarity.keyframe, similarity.share)).collect();
     let mut taken: Vec<KeyframeId> = Vec::new();

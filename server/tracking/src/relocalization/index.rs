@@ -11,7 +11,7 @@ use super::table::{Entry, Table};
 /// Hash tables.
 const TABLES: u128 = 6;
 /// Most descriptors asked for of one image: an even choice of more.
-const ASKED_MAX: usize = 500;
+const ASKED_MAX: usize = 300;
 /// Places and descriptors per place that an entry can name.
 const NUMBER_MAX: usize = u16::MAX as usize;
 
@@ -34,7 +34,7 @@ struct Place {
 pub struct Similarity {
     /// The keyframe.
     pub keyframe: KeyframeId,
-    /// Share of the image's descriptors that the keyframe has a similar one of.
+    /// Share of the image's descriptors that no other keyframe has a more similar one of.
     pub share: f64,
 }
 
@@ -97,20 +97,33 @@ impl PlaceIndex {
         }
     }
 
-    /// Keyframes that have descriptors at most `distance_max_bits` from those of an image, the most similar first, of equals the newer.
-    pub fn similar(&self, descriptors: &[Descriptor], distance_max_bits: u32) -> Vec<Similarity> {
+    /// Which keyframes an image looks like, of those that `eligible` lets pass; the most similar first, of equals the newer.
+    ///
+    /// Corners of tissue resemble each other, so what counts is not that a keyframe has a similar one (nearly all have), but that it has
+    /// the most similar one: each of the image's descriptors votes for one keyframe.
+    pub fn similar(
+        &self,
+        descriptors: &[Descriptor],
+        distance_max_bits: u32,
+        eligible: impl Fn(KeyframeId) -> bool,
+    ) -> Vec<Similarity> {
+        let may_win: Vec<bool> = self
+            .places
+            .iter()
+            .map(|place| place.as_ref().is_some_and(|place| eligible(place.keyframe)))
+            .collect();
+        if !may_win.contains(&true) {
+            return Vec::new();
+        }
         let step = descriptors.len().div_ceil(ASKED_MAX).max(1);
         let asked = descriptors.iter().step_by(step);
         let mut votes = vec![0_u32; self.places.len()];
-        // the descriptor that a place was last found by: each gives it one vote
-        let mut last_vote = vec![usize::MAX; self.places.len()];
-        for (number, descriptor) in asked.clone().enumerate() {
-            for entry in self.tables.iter().flat_map(|table| table.near(descriptor)) {
-                let place = usize::from(entry.place);
-                if last_vote[place] != number && self.distance(entry, descriptor) <= distance_max_bits {
-                    last_vote[place] = number;
-                    votes[place] += 1;
-                }
+        for descriptor in asked.clone() {
+            let entries = self.tables.iter().flat_map(|table| table.near(descriptor));
+            let entries = entries.filter(|entry| may_win[usize::from(entry.place)]);
+            let nearest = entries.map(|entry| (self.distance(entry, descriptor), entry.place)).min();
+            if let Some((_, place)) = nearest.filter(|(distance, _)| *distance <= distance_max_bits) {
+                votes[usize::from(place)] += 1;
             }
         }
         let count = asked.count().max(1) as f64;
@@ -179,7 +192,7 @@ mod tests {
         let (index, all, mut random) = places(40);
         let (id, descriptors) = &all[23];
         let again: Vec<Descriptor> = descriptors.iter().map(|d| noisy(d, 30, &mut random)).collect();
-        let found = index.similar(&again, 50);
+        let found = index.similar(&again, 50, |_| true);
         assert_eq!(found[0].keyframe, *id);
         assert!(found[0].share > 0.9, "{}", found[0].share);
         assert!(found.get(1).is_none_or(|second| second.share < 0.05));
@@ -189,19 +202,26 @@ mod tests {
     fn what_was_removed_is_not_found_and_its_number_is_used_again() {
         let (mut index, all, _) = places(3);
         index.remove(all[1].0);
-        assert!(index.similar(&all[1].1, 50).is_empty());
+        assert!(index.similar(&all[1].1, 50, |_| true).is_empty());
         assert_eq!(index.len(), 2);
         index.insert(all[1].0, || all[1].1.clone());
-        assert_eq!(index.similar(&all[1].1, 50)[0].share, 1.0);
+        assert_eq!(index.similar(&all[1].1, 50, |_| true)[0].share, 1.0);
         index.retain(|id| id == all[0].0);
         assert_eq!(index.len(), 1);
-        assert!(index.similar(&all[2].1, 50).is_empty());
+        assert!(index.similar(&all[2].1, 50, |_| true).is_empty());
+    }
+
+    #[test]
+    fn only_those_that_may_win_get_votes() {
+        let (index, all, _) = places(3);
+        assert!(index.similar(&all[1].1, 50, |id| id == all[0].0).is_empty());
+        assert_eq!(index.similar(&all[1].1, 50, |id| id != all[0].0)[0].keyframe, all[1].0);
     }
 
     #[test]
     fn nothing_resembles_nothing() {
         let (index, all, _) = places(1);
-        assert!(index.similar(&[], 50).is_empty());
-        assert!(PlaceIndex::new().similar(&all[0].1, 50).is_empty());
+        assert!(index.similar(&[], 50, |_| true).is_empty());
+        assert!(PlaceIndex::new().similar(&all[0].1, 50, |_| true).is_empty());
     }
 }

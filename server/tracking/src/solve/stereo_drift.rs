@@ -36,6 +36,13 @@ pub fn gain(elapsed_s: f64, time_constant_s: f64) -> f64 {
     1.0 - (-elapsed_s / time_constant_s).exp()
 }
 
+/// What of a measured drift is taken off the disparities: nothing up to `least_px`, which a pose that is a little off explains as well,
+/// all of it from twice that on, and in between a part, so that it does not jump.
+pub fn believed_drift_px(measured_px: f64, least_px: f64) -> f64 {
+    let beyond_px = (measured_px.abs() - least_px).max(0.0);
+    (2.0 * beyond_px).min(measured_px.abs()).copysign(measured_px)
+}
+
 #[cfg(test)]
 mod tests {
     use geometry::Pinhole;
@@ -79,6 +86,14 @@ mod tests {
     fn a_few_observations_say_nothing() {
         let points: Vec<_> = (0..OBSERVATIONS_MIN - 1).map(|index| seen(index, 1.0)).collect();
         assert_eq!(disparity_excess_px(&RIG, &Pose::identity(), &points), None);
+    }
+
+    #[test]
+    fn a_small_drift_is_not_believed_and_a_large_one_in_full() {
+        assert_eq!(believed_drift_px(0.15, 0.2).abs(), 0.0);
+        assert_eq!(believed_drift_px(-0.8, 0.2), -0.8);
+        assert!((believed_drift_px(-0.3, 0.2) + 0.2).abs() < 1e-12);
+        assert_eq!(believed_drift_px(0.3, 0.0), 0.3);
     }
 
     #[test]

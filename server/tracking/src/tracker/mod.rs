@@ -24,7 +24,7 @@ use crate::report::{
     TrackingStatistics,
 };
 use crate::solve::reprojection::PointObservation;
-use crate::solve::stereo_drift::{disparity_excess_px, gain};
+use crate::solve::stereo_drift::{believed_drift_px, disparity_excess_px, gain};
 use keyframe_rule::TrackedFrame;
 use motion_model::Velocity;
 use pose_search::{Frame, Located, PoseSearch};
@@ -49,6 +49,8 @@ pub struct Tracker {
     frame_number: u64,
     last_stamp_ns: Option<u64>,
     drift: StereoDrift,
+    /// Of the disparity, whether it is large enough to be believed or not.
+    measured_drift_px: f64,
     follower: Follower,
 }
 
@@ -116,6 +118,7 @@ impl Tracker {
             frame_number: 0,
             last_stamp_ns: None,
             drift: StereoDrift::default(),
+            measured_drift_px: 0.0,
             follower: Follower::default(),
         })
     }
@@ -242,7 +245,10 @@ impl Tracker {
         let gain = gain(elapsed_s, config.drift_time_s);
         let limited = |drift_px: f64| drift_px.clamp(-config.drift_max_px, config.drift_max_px);
         if let Some(excess_px) = disparity_excess_px(&self.rig, &posed.camera_from_world, &observed) {
-            let disparity_px = limited(self.drift.disparity_px + gain * excess_px);
+            let measured_px = self.drift.disparity_px + excess_px;
+            self.measured_drift_px =
+                limited(self.measured_drift_px + gain * (measured_px - self.measured_drift_px));
+            let disparity_px = believed_drift_px(self.measured_drift_px, config.drift_min_px);
             let step_px = disparity_px - self.drift.disparity_px;
             posed.frame = Arc::new(posed.frame.as_ref().clone().without_drift(&self.rig, step_px));
             self.drift.disparity_px = disparity_px;
