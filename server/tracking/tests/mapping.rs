@@ -120,13 +120,10 @@ fn revisited_places_are_recognised_precisely_and_mostly() {
             Pose::translation(random.random_range(-0.015..0.015), random.random_range(-0.015..0.015), 0.0);
         let pose = se3::exp(&turn) * aside * truth;
         visits += 1;
-        match best(&mut world, &pose) {
-            Some(found) => {
-                let place = ids.iter().position(|id| *id == found).expect("a keyframe of the map");
-                let near = distance_m(&square()[place], &pose) < 0.05;
-                (right, wrong) = (right + u32::from(near), wrong + u32::from(!near));
-            }
-            None => {}
+        if let Some(found) = best(&mut world, &pose) {
+            let place = ids.iter().position(|id| *id == found).expect("a keyframe of the map");
+            let near = distance_m(&square()[place], &pose) < 0.05;
+            (right, wrong) = (right + u32::from(near), wrong + u32::from(!near));
         }
         wrong += u32::from(best(&mut elsewhere, &pose).is_some());
     }
