@@ -153,8 +153,8 @@ async fn sixteen_viewers_that_join_early_and_late_hold_the_deformed_model() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_viewer_that_reads_late_catches_up_and_the_others_miss_nothing() {
-    let small = |config: &mut mis_slam::service::ServiceConfig| config.publish.viewer_budget_mib = 0.002;
-    let server = TestServer::start_on(Arc::new(DeformingEngine), small).await;
+    let patient = |config: &mut mis_slam::service::ServiceConfig| config.publish.viewer_lag_s = 60.0;
+    let server = TestServer::start_on(Arc::new(DeformingEngine), patient).await;
     server.open("a").await;
     let mut cart = server.join("/api/sessions/a/ingest").await;
     feed(&mut cart, 0..1).await;

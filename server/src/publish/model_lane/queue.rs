@@ -192,7 +192,10 @@ impl Queue {
     fn lag(&mut self, now: Instant) {
         let seconds = now.duration_since(self.seeded_at).as_secs_f64().max(1e-3);
         let surfels = self.sent_bytes as f64 / seconds * SEED_TIME.as_secs_f64() / SEED_BYTES_PER_SURFEL;
-        self.surfels_able = (surfels as usize).max(SEED_SURFELS_MIN);
+        // Before its snapshot is packed nothing is known of what it can take.
+        if self.phase == Phase::Following {
+            self.surfels_able = (surfels as usize).max(SEED_SURFELS_MIN);
+        }
         if self.thin.is_some() {
             self.patience = (2 * self.patience).min(PATIENCE_MAX);
         }
