@@ -225,17 +225,35 @@ impl Problem {
         rows
     }
 
+    /// What a point adds to the matrix between two solved nodes, as a share of its exact part: nothing where no edge
+    /// joins them, and what bounds that to the blocks of both; see `assemble_nodes.wgsl`.
+    fn share(&self, point: &PointResidual, a: usize, b: usize) -> f64 {
+        let solved =
+            || point.anchors.iter().filter_map(|&(node, weight)| Some((node, weight, self.solved[node]?)));
+        let find = |number: usize| solved().find(|anchor| anchor.2 == number);
+        match (find(a), find(b)) {
+            (Some((node, weight, _)), Some(_)) if a == b => {
+                let apart = solved().filter(|other| other.0 != node && !self.edges[node].contains(&other.0));
+                1.0 + apart.map(|other| other.1).sum::<f64>() / weight
+            }
+            (Some(first), Some(second)) if !self.edges[first.0].contains(&second.0) => 0.0,
+            _ => 1.0,
+        }
+    }
+
     /// One step of Levenberg-Marquardt: the damped normal equations, solved by a sparse factorisation.
     pub fn solve(&self, estimate: &Estimate, damping: f64) -> Vec<f64> {
         let unknowns = self.unknowns();
         let mut matrix = std::collections::BTreeMap::<(usize, usize), f64>::new();
         let mut right = Mat::<f64>::zeros(unknowns, 1);
-        for row in self.rows(estimate) {
+        for (number, row) in self.rows(estimate).iter().enumerate() {
             let slope = row.slope();
             for &(i, by_i) in &row.derivatives {
                 right[(i, 0)] -= slope * by_i * row.value;
                 for &(j, by_j) in &row.derivatives {
-                    *matrix.entry((i, j)).or_default() += slope * by_i * by_j;
+                    let share =
+                        self.points.get(number).map_or(1.0, |point| self.share(point, i / 12, j / 12));
+                    *matrix.entry((i, j)).or_default() += share * slope * by_i * by_j;
                 }
             }
         }
