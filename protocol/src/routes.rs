@@ -27,7 +27,7 @@ pub const RECORDINGS: &str = "/api/recordings";
 pub const RECORDING: &str = "/api/recordings/{recording}";
 /// `GET`: counts and rates for Prometheus.
 pub const METRICS: &str = "/metrics";
-/// `GET`: these routes as an OpenAPI document.
+/// `GET`: these routes as an `OpenAPI` document.
 pub const OPENAPI: &str = "/openapi.json";
 
 /// The request header in which a cart presents a session's takeover token.

@@ -1,4 +1,5 @@
 //! Envelopes: round trips, unknown fields, malformed bytes; calibrations as JSON.
+#![expect(clippy::unwrap_used, reason = "a test ends at what it does not expect")]
 
 use proptest::prelude::*;
 use prost::Message;

@@ -1,4 +1,5 @@
 //! The server's account of the model: what it accepts, what a snapshot of it holds.
+#![expect(clippy::unwrap_used, reason = "a test ends at what it does not expect")]
 
 use protocol::limits::SNAPSHOT_CHUNK_SURFELS;
 use protocol::v1::{ModelEpoch, PackedNodes};

@@ -30,7 +30,7 @@ pub enum CartError {
         /// Which of the two.
         eye: &'static str,
         /// What is wrong with it.
-        source: RecordingError,
+        source: Box<RecordingError>,
     },
     /// There is no place to prepare a folder's images.
     #[error("temporary directory: {source}")]

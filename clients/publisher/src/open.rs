@@ -67,7 +67,8 @@ fn as_recording(
 fn check_first_pair(reader: &RecordingReader, size_px: (u32, u32)) -> Result<(), CartError> {
     let first = reader.stereo()?.next().transpose()?.ok_or(CartError::Empty)?;
     for (eye, image) in [("left", &first.left), ("right", &first.right)] {
-        recording::decode_rgb(image, size_px).map_err(|source| CartError::FirstPair { eye, source })?;
+        recording::decode_rgb(image, size_px)
+            .map_err(|source| CartError::FirstPair { eye, source: Box::new(source) })?;
     }
     Ok(())
 }

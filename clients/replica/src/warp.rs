@@ -1,7 +1,7 @@
 //! The motion of surfels over one epoch (SPEC.md, "Warp").
 //!
 //! `v' = sum w_j (A_j (v - g_j) + g_j + t_j)` and `n' = sum w_j A_j^-T n`, normalised (paper: Eq.
-//! TransformationFomulation, the bracket). What would not be finite stays where it is.
+//! `TransformationFomulation`, the bracket). What would not be finite stays where it is.
 
 use protocol::{NodeTable, NodeTransform};
 

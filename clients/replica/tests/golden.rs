@@ -1,6 +1,7 @@
 //! The golden model lane, `protocol/golden/model_lane.json`: what the code writes, and what every replica makes of it.
 //!
 //! `MIS_SLAM_WRITE_GOLDEN=1 cargo test -p replica --test golden` writes it anew; the page's tests read the same file.
+#![expect(clippy::unwrap_used, reason = "a test ends at what it does not expect")]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! What a replica accepts, what it refuses, and how it comes back.
+#![expect(clippy::unwrap_used, reason = "a test ends at what it does not expect")]
 
 mod support;
 

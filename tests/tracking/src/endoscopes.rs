@@ -1,7 +1,7 @@
 //! Real endoscopes.
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::Path;
 
 use recording::import::ImportKind;
 
@@ -34,7 +34,7 @@ pub fn rows() -> Vec<Row> {
     ]
 }
 
-fn track(path: &PathBuf, name: &str, settings: &Settings) -> Result<Vec<Tracked>, Error> {
+fn track(path: &Path, name: &str, settings: &Settings) -> Result<Vec<Tracked>, Error> {
     track_all(name, &Recording::open(path, &settings.recording)?, &settings.tracking)
 }
 

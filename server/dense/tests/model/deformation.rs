@@ -75,9 +75,13 @@ fn a_scene_that_does_not_deform_does_not_move_the_nodes() {
     let mut bench = Bench::new(&deforming()).unwrap();
     let still = Bump { height_m: 2e-3, center_x_m: 0.0 };
     bench.fuse(0, &at(0.0), &still.shoot(0.0, 0));
-    (1..5).for_each(|frame| drop(bench.fuse(frame, &at(0.0), &still.shoot(0.0, frame))));
+    for frame in 1..5 {
+        bench.fuse(frame, &at(0.0), &still.shoot(0.0, frame));
+    }
     let before = bench.model.nodes().unwrap();
-    (5..25).for_each(|frame| drop(bench.fuse(frame, &at(0.0), &still.shoot(0.0, frame))));
+    for frame in 5..25 {
+        bench.fuse(frame, &at(0.0), &still.shoot(0.0, frame));
+    }
     let after = bench.model.nodes().unwrap();
     let ways = before.iter().filter_map(|node| {
         let now = after.iter().find(|now| now.id == node.id)?;
@@ -117,7 +121,9 @@ fn what_is_not_seen_keeps_its_shape() {
     let mut bench = Bench::new(&deforming()).unwrap();
     let still = Bump { height_m: 0.0, center_x_m: 0.0 };
     let pan = |frame: u32| 0.002 * f64::from(frame);
-    (0..20).for_each(|frame| drop(bench.fuse(frame, &at(pan(frame)), &still.shoot(pan(frame), frame))));
+    for frame in 0..20 {
+        bench.fuse(frame, &at(pan(frame)), &still.shoot(pan(frame), frame));
+    }
     let before = bench.model.surfels().unwrap();
     // the camera has gone 38 mm to the right, where a bump now grows
     for frame in 20..40u32 {
