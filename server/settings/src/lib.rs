@@ -32,7 +32,7 @@ pub enum SettingsError {
         /// The file.
         file: PathBuf,
         /// What is wrong, and where.
-        source: toml::de::Error,
+        source: Box<toml::de::Error>,
     },
     /// An option that does not exist.
     #[error("configuration: there is no option {key} (in {layer})")]
@@ -48,7 +48,7 @@ pub enum SettingsError {
         /// The file laid over the defaults, if any.
         file: Option<PathBuf>,
         /// What is wrong; names the key.
-        source: config::ConfigError,
+        source: Box<config::ConfigError>,
     },
 }
 
@@ -64,7 +64,8 @@ pub fn load<T: DeserializeOwned>(file: Option<&Path>, overrides: &[String]) -> R
     for text in overrides {
         layers.push(override_as_toml(text)?);
     }
-    let failed = |source| SettingsError::Value { file: file.map(Path::to_path_buf), source };
+    let failed =
+        |source| SettingsError::Value { file: file.map(Path::to_path_buf), source: Box::new(source) };
     let merged = layers
         .iter()
         .fold(Layers::builder(), |all, layer| all.add_source(File::from_str(layer, FileFormat::Toml)));
@@ -74,7 +75,9 @@ pub fn load<T: DeserializeOwned>(file: Option<&Path>, overrides: &[String]) -> R
 fn read_file(path: &Path) -> Result<String, SettingsError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| SettingsError::Read { file: path.to_path_buf(), source })?;
-    let table = text.parse().map_err(|source| SettingsError::Syntax { file: path.to_path_buf(), source })?;
+    let table = text
+        .parse()
+        .map_err(|source| SettingsError::Syntax { file: path.to_path_buf(), source: Box::new(source) })?;
     check_known(&table, &path.display().to_string())?;
     Ok(text)
 }
