@@ -8,7 +8,7 @@ use super::{Failure, Outcome};
 use crate::config::Config;
 use crate::http::access::{self, Claims};
 
-/// Sign an access token with access.key_file; its id, by which it can be revoked, goes to standard error.
+/// Sign an access token with `access.key_file`; its id, by which it can be revoked, goes to standard error.
 #[derive(Debug, Args)]
 pub struct Token {
     /// What it is for; each may also do what those before it may.
