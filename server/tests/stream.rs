@@ -1,4 +1,4 @@
-//! A deforming model streamed by a real server over real WebSockets and real zenoh, to real replicas.
+//! A deforming model streamed by a real server over real `WebSockets` and real zenoh, to real replicas.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
@@ -160,7 +160,7 @@ async fn a_viewer_that_reads_late_catches_up_and_the_others_miss_nothing() {
     feed(&mut cart, 0..1).await;
     let mut quick = server.join("/api/sessions/a/view").await;
     let mut followed = Replica::default();
-    quick.follow_model(&mut followed, |model| model.is_current()).await;
+    quick.follow_model(&mut followed, Replica::is_current).await;
     for sequence in 1..60 {
         feed(&mut cart, sequence..sequence + 1).await;
         let epoch = sequence as u32 + 1;

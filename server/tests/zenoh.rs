@@ -265,8 +265,8 @@ async fn a_note_asked_for_over_zenoh_is_answered_by_all_that_is_shared() {
     let from_server::Body::Refusal(refusal) = peer.ask(&control, note("")).await else {
         panic!("no refusal")
     };
-    assert_eq!(refusal.reason(), v1::Reason::InvalidChange);
+    assert_eq!(refusal.reason(), Reason::InvalidChange);
     let unknown = peer.ask(&Lane::Control.key(&id("nobody")), note("polyp")).await;
     let from_server::Body::Refusal(refusal) = unknown else { panic!("no refusal") };
-    assert_eq!(refusal.reason(), v1::Reason::UnknownSession);
+    assert_eq!(refusal.reason(), Reason::UnknownSession);
 }

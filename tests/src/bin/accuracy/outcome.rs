@@ -53,8 +53,8 @@ impl Outcome {
         Some(self.scores.surface.surface_error_camera_mm.as_ref()?.distance_mm.mean)
     }
 
-    /// Share of the seen surface that the model covers.
-    pub fn completeness(&self) -> Option<f64> {
+    /// Share of the surface seen by the camera that the model covers.
+    pub fn completeness_in_camera(&self) -> Option<f64> {
         self.scores.surface.completeness_camera
     }
 

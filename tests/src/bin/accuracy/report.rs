@@ -25,7 +25,7 @@ impl Report {
         std::fs::create_dir_all(directory).map_err(AccuracyError::io(directory))?;
         let mut report =
             Self { directory: directory.to_path_buf(), markdown: String::new(), met: 0, bounded: 0 };
-        report.line(HEAD.map(str::to_owned));
+        report.line(&HEAD.map(str::to_owned));
         report.markdown.push_str("|---|---|---|---|---|---|---|\n");
         Ok(report)
     }
@@ -46,14 +46,14 @@ impl Report {
     fn figure(&mut self, scene: &str, figure: &Figure, ours: Option<f64>, rigid: String) {
         let verdict = self.judge(figure.bound.is_met(ours));
         let [scene, label, anchor] = [scene, figure.label, figure.anchor].map(str::to_owned);
-        self.line([scene, label, anchor, figure.bound.to_string(), number(ours), rigid, verdict.to_owned()]);
+        self.line(&[scene, label, anchor, figure.bound.to_string(), number(ours), rigid, verdict.to_owned()]);
     }
 
     /// A figure that does not come from one replay.
     pub fn value(&mut self, scene: &str, label: &str, ours: Option<f64>, met: Option<bool>) {
         let verdict = self.judge(met);
         let [scene, label, none, verdict] = [scene, label, "-", verdict].map(str::to_owned);
-        self.line([scene, label, none.clone(), none, number(ours), String::new(), verdict]);
+        self.line(&[scene, label, none.clone(), none, number(ours), String::new(), verdict]);
     }
 
     fn judge(&mut self, met: Option<bool>) -> &'static str {
@@ -64,7 +64,7 @@ impl Report {
 
     /// A row that could not be run.
     pub fn skipped(&mut self, scene: &str, why: &str) {
-        self.line([
+        self.line(&[
             scene.into(),
             format!("skipped: {why}"),
             "".into(),
@@ -75,7 +75,7 @@ impl Report {
         ]);
     }
 
-    fn line(&mut self, cells: [String; 7]) {
+    fn line(&mut self, cells: &[String; 7]) {
         let padded = cells.iter().zip(WIDTHS).map(|(cell, width)| format!("{cell:<width$}"));
         println!("{}", padded.collect::<Vec<_>>().join("  ").trim_end());
         let _ = writeln!(self.markdown, "| {} |", cells.join(" | "));

@@ -82,14 +82,14 @@ const SIM_LIVER: [Figure; 6] = [
     figure(IN_CAMERA, "-", AtMost(0.45), Outcome::points_in_camera_mm),
     figure(EXPLAINED, "-", AtLeast(0.6), Outcome::explained),
     figure(SURFACE, "-", AtMost(0.4), Outcome::surface_in_camera_mm),
-    figure(COMPLETE, "-", AtLeast(0.9), Outcome::completeness),
+    figure(COMPLETE, "-", AtLeast(0.9), Outcome::completeness_in_camera),
     figure(IN_WORLD, "-", Bound::None, Outcome::points_in_world_mm),
     figure(SEAM, "-", Bound::None, |outcome| outcome.report.color_seam_levels),
 ];
 
 const PHANTOM: [Figure; 2] = [
     figure(SURFACE, "0.28, 0.35 mm", AtMost(0.25), Outcome::surface_in_camera_mm),
-    figure(COMPLETE, "-", Bound::None, Outcome::completeness),
+    figure(COMPLETE, "-", Bound::None, Outcome::completeness_in_camera),
 ];
 
 const HAMLYN: [Figure; 3] = [
