@@ -6,8 +6,8 @@ import { Matrix4, Quaternion, Vector3 } from 'three';
 import type { PageStatus } from '../src/page_status';
 import { launchChromium } from './chromium.mjs';
 import { FakeServer } from './fake_server';
+import { TIMEOUT_MS, untilOn } from './until';
 
-const TIMEOUT_MS = 60_000;
 /** Makes a Quest 3 of the browser; its controllers are moved through `window.xrDevice`. */
 const EMULATION = `
   window.xrDevice = new IWER.XRDevice(IWER.metaQuest3);
@@ -22,7 +22,7 @@ let errors: string[];
 
 before(async () => {
   browser = await launchChromium();
-  server = await FakeServer.start({ surfels: 2500, epochsPerS: 2 });
+  server = await FakeServer.start({ surfels: 10_000, epochsPerS: 2 });
 });
 after(async () => {
   await browser.close();
@@ -50,14 +50,7 @@ afterEach(async () => {
   await page.close();
 });
 
-async function until(expression: string): Promise<PageStatus> {
-  const endMs = Date.now() + TIMEOUT_MS;
-  while (Date.now() < endMs) {
-    if (await page.evaluate(expression)) return page.evaluate('misSlam');
-    await page.waitForTimeout(50);
-  }
-  throw new Error(`${expression} did not come true; ${JSON.stringify(await page.evaluate('misSlam'))}`);
-}
+const until = (expression: string): Promise<PageStatus> => untilOn(page, expression);
 
 type Place = [number, number, number];
 
@@ -130,6 +123,8 @@ async function click(hand: 'left' | 'right'): Promise<void> {
 test('a tool is chosen on the wrist and measures where the other hand points', async () => {
   await page.getByRole('button', { name: 'VR', exact: true }).click();
   const { headset } = await until('misSlam.headset !== null');
+  // Both ends on one shape of the breathing surface, however long it takes to aim.
+  server.session.pause();
   await moveHand('left', -0.25, 1.3, -0.35);
   // The second plate of the menu, which is tilted over the left hand.
   await aim('right', [0.2, 1.4, -0.1], [-0.25, 1.3 + 0.078 * Math.cos(0.6), -0.35 - 0.078 * Math.sin(0.6)]);
@@ -137,10 +132,12 @@ test('a tool is chosen on the wrist and measures where the other hand points', a
   const roomFromWorld = new Matrix4().fromArray([...(headset ?? [])]);
   for (const x of [-0.015, 0.02]) {
     const target = new Vector3(x, 0.002, 0.088).applyMatrix4(roomFromWorld);
-    await aim('right', [0.2, 1.4, -0.1], target.toArray());
+    // From straight before it, so that the surface's folds do not shift where the ray meets it.
+    await aim('right', [target.x, target.y, target.z + 0.3], target.toArray());
     await click('right');
   }
   const { measuredMm } = await until('misSlam.measuredMm.length === 1');
+  server.session.resume();
   assert.ok(Math.abs((measuredMm[0] ?? 0) - 35) < 4, `${measuredMm} mm`);
 });
 

@@ -6,9 +6,7 @@ import type { PageStatus } from '../src/page_status';
 import { launchChromium } from './chromium.mjs';
 import { FakeServer } from './fake_server';
 import { notBlank } from './screenshot.mjs';
-
-/** Generous: two cores may have to draw, serve and build at once. */
-const TIMEOUT_MS = 60_000;
+import { TIMEOUT_MS, untilOn } from './until';
 
 let browser: Browser;
 let server: FakeServer;
@@ -37,18 +35,7 @@ async function openSession(id = server.session.id): Promise<void> {
   await page.goto(`${server.url}/#/sessions/${id}`);
 }
 
-/**
- * Waits until a JavaScript expression over `misSlam` holds. Asked from outside again and again, because the
- * content security policy lets nothing inside the page evaluate text.
- */
-async function until(expression: string): Promise<PageStatus> {
-  const endMs = Date.now() + TIMEOUT_MS;
-  while (Date.now() < endMs) {
-    if (await page.evaluate(expression)) return page.evaluate('misSlam');
-    await page.waitForTimeout(50);
-  }
-  throw new Error(`${expression} did not come true; ${JSON.stringify(await page.evaluate('misSlam'))}`);
-}
+const until = (expression: string): Promise<PageStatus> => untilOn(page, expression);
 
 test('the list leads to a session', async () => {
   await page.goto(server.url);
@@ -65,14 +52,14 @@ test('a session shows its model, image and figures without errors', async () => 
   assert.equal(status.state, 'live');
   assert.equal(status.tracking, 'tracked');
   assert.equal(await page.locator('main').getAttribute('data-state'), 'live');
-  assert.ok(await notBlank(page, await page.screenshot()));
+  assert.ok(await notBlank(page));
   assert.deepEqual([status.errors, consoleErrors], [[], []]);
 });
 
 test('an empty canvas is told from one with a model', async () => {
   await openSession('nobody');
   await page.getByText('No such session').waitFor();
-  assert.equal(await notBlank(page, await page.screenshot()), false);
+  assert.equal(await notBlank(page), false);
 });
 
 test('a digest that does not match is answered by a new snapshot', async () => {
@@ -133,5 +120,5 @@ test('a narrow screen needs no sideways scrolling', async () => {
   await until('misSlam.following');
   const overflow = await page.evaluate('document.documentElement.scrollWidth - window.innerWidth');
   assert.equal(overflow, 0);
-  assert.ok(await notBlank(page, await page.screenshot()));
+  assert.ok(await notBlank(page));
 });

@@ -33,21 +33,31 @@ async function countColors(page, image, area) {
 /** What the empty background has at most: a gradient in few steps. */
 const BACKGROUND_COLORS = 12;
 
+/** Leaves the 3-D view alone on the page: buttons, banners and legends lie over it. */
+const NOTHING_OVER_THE_VIEW = '.stage > :not(canvas) { visibility: hidden !important; }';
+
 /**
- * Whether the 3-D view shows something: in its middle, where no button or banner lies, it has more colours than
- * its background. False on a page without a 3-D view.
+ * The 3-D view as it is seen with nothing over it.
  * @param {import('playwright-core').Page} page
- * @param {Buffer} image
  */
-export async function notBlank(page, image) {
+export function viewPicture(page) {
+  return page.locator('.stage canvas').screenshot({ style: NOTHING_OVER_THE_VIEW });
+}
+
+/**
+ * Whether the 3-D view shows something: in its middle it has more colours than its background. False on a page
+ * without a 3-D view.
+ * @param {import('playwright-core').Page} page
+ */
+export async function notBlank(page) {
   const canvas = page.locator('.stage canvas');
   const box = (await canvas.count()) > 0 ? await canvas.boundingBox() : null;
   if (box === null) return false;
   const middle = {
-    x: Math.round(box.x + 0.25 * box.width),
-    y: Math.round(box.y + 0.3 * box.height),
+    x: Math.round(0.25 * box.width),
+    y: Math.round(0.3 * box.height),
     width: Math.round(0.5 * box.width),
     height: Math.round(0.4 * box.height),
   };
-  return (await countColors(page, image, middle)) > BACKGROUND_COLORS;
+  return (await countColors(page, await viewPicture(page), middle)) > BACKGROUND_COLORS;
 }

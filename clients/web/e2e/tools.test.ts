@@ -5,9 +5,8 @@ import type { Browser, Page } from 'playwright-core';
 import type { PageStatus } from '../src/page_status';
 import { launchChromium } from './chromium.mjs';
 import { FakeServer } from './fake_server';
-import { notBlank } from './screenshot.mjs';
-
-const TIMEOUT_MS = 60_000;
+import { notBlank, viewPicture } from './screenshot.mjs';
+import { TIMEOUT_MS, untilOn } from './until';
 
 let browser: Browser;
 let server: FakeServer;
@@ -30,14 +29,7 @@ beforeEach(async () => {
   await until('misSlam.following && misSlam.framesDrawn > 5');
 });
 
-async function until(expression: string): Promise<PageStatus> {
-  const endMs = Date.now() + TIMEOUT_MS;
-  while (Date.now() < endMs) {
-    if (await page.evaluate(expression)) return page.evaluate('misSlam');
-    await page.waitForTimeout(50);
-  }
-  throw new Error(`${expression} did not come true; ${JSON.stringify(await page.evaluate('misSlam'))}`);
-}
+const until = (expression: string): Promise<PageStatus> => untilOn(page, expression);
 
 /** Clicks at a place of the canvas, in shares of its size from the left and the top. */
 async function clickModel(x: number, y: number): Promise<void> {
@@ -106,9 +98,8 @@ test('every colouring shows the model, those by a figure with a legend', async (
     if (legend !== undefined) await page.locator('.legend', { hasText: legend }).waitFor();
     else assert.ok(await page.locator('.legend').isHidden());
     await page.waitForTimeout(300);
-    const picture = await page.screenshot();
-    assert.ok(await notBlank(page, picture), coloring);
-    pictures.add(picture.toString('base64'));
+    assert.ok(await notBlank(page), coloring);
+    pictures.add((await viewPicture(page)).toString('base64'));
   }
   assert.equal(pictures.size, Object.keys(legends).length);
 });
@@ -133,8 +124,7 @@ test('a model that is too old is hidden, which is said, and shown again', async 
   await until('misSlam.hidden');
   await page.locator('.banner', { hasText: 'hidden' }).waitFor();
   const endMs = Date.now() + TIMEOUT_MS;
-  while ((await notBlank(page, await page.screenshot())) && Date.now() < endMs)
-    await page.waitForTimeout(200);
+  while ((await notBlank(page)) && Date.now() < endMs) await page.waitForTimeout(200);
   assert.ok(Date.now() < endMs, 'the model is still seen');
   server.session.resume();
   await until('!misSlam.hidden');
