@@ -1,6 +1,7 @@
 #import finite
 #import surfel
 #import graph
+#import near_nodes
 #import binding
 // Growth, pass 1: each surfel seen in this frame that has no node within the spacing claims its cell of the sampling
 // grid; the lowest slot wins. All others tell the node nearest to them that it is held. There are a hundred surfels to a

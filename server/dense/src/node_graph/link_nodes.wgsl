@@ -1,5 +1,6 @@
 #import surfel
 #import graph
+#import near_nodes
 // The 8 nearest other nodes of each node within twice its reach, nearest first, ties by the lower id.
 // On a surface a node has far fewer than 32 followers, whatever the order they come in.
 
@@ -14,28 +15,6 @@
 
 const NEAREST: u32 = 8u;
 const FOLLOWERS: u32 = 32u;
-
-struct NearNodes {
-    square_m: array<f32, NEAREST>,
-    slot: array<u32, NEAREST>,
-    id: array<u32, NEAREST>,
-}
-
-fn keep_near(near: ptr<function, NearNodes>, square_m: f32, slot: u32, id: u32) {
-    var square = square_m;
-    var key = vec2<u32>(slot, id);
-    for (var i = 0u; i < NEAREST; i++) {
-        let held = (*near).square_m[i];
-        let held_key = vec2<u32>((*near).slot[i], (*near).id[i]);
-        if square < held || (square == held && key.y < held_key.y) {
-            (*near).square_m[i] = square;
-            (*near).slot[i] = key.x;
-            (*near).id[i] = key.y;
-            square = held;
-            key = held_key;
-        }
-    }
-}
 
 fn look_into(cell: vec3<i32>, own: u32, near: ptr<function, NearNodes>) {
     let point = node_point(nodes[own]);

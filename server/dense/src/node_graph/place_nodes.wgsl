@@ -1,5 +1,6 @@
 #import surfel
 #import graph
+#import near_nodes
 #import binding
 // Growth, pass 3, and removal: nodes that no surfel has held for 64 frames go; then the chosen surfels become nodes in
 // the lowest free slots, in the order of the table. A new node takes over from its neighbours how far they have

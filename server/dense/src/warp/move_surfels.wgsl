@@ -1,6 +1,7 @@
 #import finite
 #import surfel
 #import graph
+#import near_nodes
 #import binding
 #import warp
 // Moves surfels by their nodes (Eq. TransformationFomulation, the bracket): v' = sum w_j (A_j (v - g_j) + g_j + t_j),

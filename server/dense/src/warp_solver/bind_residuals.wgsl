@@ -2,6 +2,7 @@
 #import finite
 #import surfel
 #import graph
+#import near_nodes
 #import binding
 #import held_out
 // Finds the residuals' model points and the nodes that move them. A data residual is the surfel that the index map shows

@@ -10,6 +10,7 @@ const SHARED: &[(&str, &str)] = &[
     ("light", include_str!("../shared/light.wgsl")),
     ("held_out", include_str!("../shared/held_out.wgsl")),
     ("graph", include_str!("../shared/graph.wgsl")),
+    ("near_nodes", include_str!("../shared/near_nodes.wgsl")),
     ("binding", include_str!("../shared/binding.wgsl")),
     ("warp", include_str!("../shared/warp.wgsl")),
 ];

@@ -1,5 +1,5 @@
 // Finds the nodes that move a point; the rule is written down in dense/src/node_graph/mod.rs. A kernel that imports this
-// imports `surfel` and `graph` too, and declares
+// imports `surfel`, `graph` and `near_nodes` too, and declares
 //   graph        GraphSettings
 //   nodes        array<vec4<u32>>
 //   node_heads   per bucket: slot of its first node plus one, 0 where none
@@ -14,32 +14,12 @@ struct NodeBinding {
     nearest_m: f32,
 }
 
-struct NearNodes {
-    square_m: array<f32, 5>,
-    slot: array<u32, 5>,
-    id: array<u32, 5>,
-}
-
-// Keeps the five nearest in order; at equal distance the lower id comes first.
-fn keep_near(near: ptr<function, NearNodes>, square_m: f32, slot: u32, id: u32) {
-    var square = square_m;
-    var key = vec2<u32>(slot, id);
-    for (var i = 0u; i < 5u; i++) {
-        let held = (*near).square_m[i];
-        let held_key = vec2<u32>((*near).slot[i], (*near).id[i]);
-        if square < held || (square == held && key.y < held_key.y) {
-            (*near).square_m[i] = square;
-            (*near).slot[i] = key.x;
-            (*near).id[i] = key.y;
-            square = held;
-            key = held_key;
-        }
-    }
-}
+// four that move the point, and the one that bounds their weights
+const NEAREST: u32 = 5u;
 
 fn bind_to_nodes(point: vec3<f32>) -> NodeBinding {
     var near: NearNodes;
-    for (var i = 0u; i < 5u; i++) {
+    for (var i = 0u; i < NEAREST; i++) {
         near.square_m[i] = graph.reach_m * graph.reach_m;
         near.slot[i] = NO_NODE;
         near.id[i] = 0u;
