@@ -9,16 +9,15 @@ use std::time::Duration;
 
 use mis_slam::publish::model_lane::{ModelUpdate, NodeChanges};
 use mis_slam::session::engine::{Engine, EngineError, EngineResults, EngineStart, RunningEngine};
-use mis_slam::session::hub::{Hub, PoseUpdate};
+use mis_slam::session::hub::Hub;
 use mis_slam::session::mailbox::{MailboxReceiver, Taken};
 use mis_slam::session::worker::StereoPair;
 use protocol::keys::Lane;
-use protocol::v1::{self, TrackingOutcome, from_server, to_server};
-use protocol::{Bytes, NodePosition, NodeTransform, WireSurfel};
+use protocol::v1::{from_server, to_server};
+use protocol::{NodePosition, NodeTransform, WireSurfel};
 use replica::Replica;
-use support::{Client, TestServer, pose, wire_pair, within};
+use support::{Client, TestServer, decode, pose, publish_pose, wire_pair, within};
 use zenoh::query::ConsolidationMode;
-use zenoh::sample::Sample;
 
 /// Surfels that the first pair brings.
 const SURFELS: u32 = 4000;
@@ -94,15 +93,7 @@ fn publish(hub: &Hub, pair: &StereoPair, held: &mut Replica) {
     let from_server::Body::Epoch(epoch) = message else { panic!("{message:?}") };
     held.take_epoch(&epoch).unwrap();
     bring_shapes(hub, held);
-    hub.publish_pose(&PoseUpdate {
-        stamp_ns: pair.stamp_ns,
-        sequence: pair.sequence,
-        outcome: TrackingOutcome::Tracked,
-        world_from_camera: Some(v1::RigidTransform { qw: 1.0, ..v1::RigidTransform::default() }),
-        matched_features: 100,
-        lost_for_ns: 0,
-        picture: "good",
-    });
+    publish_pose(hub, pair);
 }
 
 fn bring_shapes(hub: &Hub, held: &Replica) {
@@ -198,7 +189,7 @@ async fn a_lost_epoch_is_noticed_over_zenoh_and_mended_by_a_snapshot() {
     server.open("z").await;
     let mut cart = server.join("/api/sessions/z/ingest").await;
     feed(&mut cart, 0..3).await;
-    let peer = zenoh_peer(&server).await;
+    let peer = server.zenoh_client().await;
     let session = "z".parse().unwrap();
     let epochs = peer.declare_subscriber(Lane::ModelEpoch.key(&session)).await.unwrap();
     let mut viewer = Replica::default();
@@ -213,7 +204,7 @@ async fn a_lost_epoch_is_noticed_over_zenoh_and_mended_by_a_snapshot() {
         else {
             continue;
         };
-        let from_server::Body::Epoch(epoch) = decode(&sample) else { panic!("no epoch") };
+        let from_server::Body::Epoch(epoch) = decode(sample.payload()) else { panic!("no epoch") };
         // The network loses the fourth that comes.
         if epoch.epoch != 7 && viewer.take_epoch(&epoch).is_err() {
             noticed = true;
@@ -225,31 +216,15 @@ async fn a_lost_epoch_is_noticed_over_zenoh_and_mended_by_a_snapshot() {
     assert_in_place(&viewer, epoch);
 }
 
-async fn zenoh_peer(server: &TestServer) -> zenoh::Session {
-    let mut config = zenoh::Config::default();
-    for (key, value) in [
-        ("mode", serde_json::json!("client")),
-        ("connect/endpoints", serde_json::json!(server.zenoh_endpoints)),
-        ("scouting/multicast/enabled", serde_json::json!(false)),
-        ("scouting/gossip/enabled", serde_json::json!(false)),
-    ] {
-        config.insert_json5(key, &value.to_string()).unwrap();
-    }
-    within(zenoh::open(config)).await.unwrap()
-}
-
 async fn snapshot(peer: &zenoh::Session, viewer: &mut Replica) {
     let key = Lane::ModelSnapshot.key(&"z".parse().unwrap());
     let chunks = peer.get(key).consolidation(ConsolidationMode::None).await.unwrap();
     viewer.forget();
     while !viewer.is_current() {
         let reply = within(chunks.recv_async()).await.expect("more chunks");
-        let from_server::Body::Snapshot(chunk) = decode(reply.result().unwrap()) else { panic!("no chunk") };
+        let from_server::Body::Snapshot(chunk) = decode(reply.result().unwrap().payload()) else {
+            panic!("no chunk")
+        };
         viewer.take_chunk(&chunk).unwrap();
     }
-}
-
-fn decode(sample: &Sample) -> from_server::Body {
-    let bytes = Bytes::from(sample.payload().to_bytes().into_owned());
-    protocol::decode_from_server(bytes).unwrap().body.unwrap()
 }

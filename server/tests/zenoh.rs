@@ -5,11 +5,11 @@ mod support;
 
 use std::time::Duration;
 
+use protocol::SessionId;
 use protocol::keys::{self, Lane};
 use protocol::v1::{self, Reason, from_server, to_server};
-use protocol::{Bytes, SessionId};
 use replica::Replica;
-use support::{SIZE_PX, TestServer, calibration, pose, wire_pair, within};
+use support::{SIZE_PX, TestServer, calibration, decode, pose, wire_pair, within};
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -33,16 +33,7 @@ fn id(text: &str) -> SessionId {
 
 impl Peer {
     async fn connect(server: &TestServer, name: &str) -> Self {
-        let mut config = zenoh::Config::default();
-        for (key, value) in [
-            ("mode", serde_json::json!("client")),
-            ("connect/endpoints", serde_json::json!(server.zenoh_endpoints)),
-            ("scouting/multicast/enabled", serde_json::json!(false)),
-            ("scouting/gossip/enabled", serde_json::json!(false)),
-        ] {
-            config.insert_json5(key, &value.to_string()).unwrap();
-        }
-        Self { session: within(zenoh::open(config)).await.unwrap(), name: id(name) }
+        Self { session: server.zenoh_client().await, name: id(name) }
     }
 
     async fn token(&self) -> LivelinessToken {
@@ -76,10 +67,6 @@ impl Peer {
         let bytes = protocol::to_server(to_server::Body::Pair(wire_pair(sequence)), Some(&self.name));
         self.session.put(Lane::IngestStereo.key(&id("z")), bytes).await.unwrap();
     }
-}
-
-fn decode(payload: &zenoh::bytes::ZBytes) -> from_server::Body {
-    protocol::decode_from_server(Bytes::from(payload.to_bytes().into_owned())).unwrap().body.unwrap()
 }
 
 async fn next(samples: &Samples) -> from_server::Body {

@@ -16,8 +16,8 @@ use mis_slam::session::hub::{Hub, PoseUpdate};
 use mis_slam::session::mailbox::MailboxReceiver;
 use mis_slam::session::registry::Registry;
 use mis_slam::session::worker::StereoPair;
-use protocol::WireSurfel;
 use protocol::v1::{self, TrackingOutcome, from_server, to_server};
+use protocol::{Bytes, WireSurfel};
 use replica::Replica;
 use tokio::net::TcpStream;
 use tokio::sync::oneshot;
@@ -187,6 +187,20 @@ impl TestServer {
         Client { socket }
     }
 
+    /// A client of the server's zenoh that looks for no others.
+    pub async fn zenoh_client(&self) -> zenoh::Session {
+        let mut config = zenoh::Config::default();
+        for (key, value) in [
+            ("mode", serde_json::json!("client")),
+            ("connect/endpoints", serde_json::json!(self.zenoh_endpoints)),
+            ("scouting/multicast/enabled", serde_json::json!(false)),
+            ("scouting/gossip/enabled", serde_json::json!(false)),
+        ] {
+            config.insert_json5(key, &value.to_string()).unwrap();
+        }
+        within(zenoh::open(config)).await.unwrap()
+    }
+
     /// A greeted connection.
     pub async fn join(&self, path: &str) -> Client {
         let mut client = self.connect(path).await;
@@ -273,6 +287,11 @@ impl Client {
     }
 }
 
+/// The message that zenoh brought.
+pub fn decode(payload: &zenoh::bytes::ZBytes) -> from_server::Body {
+    protocol::decode_from_server(Bytes::from(payload.to_bytes().into_owned())).unwrap().body.unwrap()
+}
+
 pub fn refusal(body: from_server::Body) -> Option<v1::Refusal> {
     if let from_server::Body::Refusal(refusal) = body { Some(refusal) } else { None }
 }
@@ -345,15 +364,7 @@ impl RunningEngine for CountingThread {
 }
 
 fn publish(hub: &Hub, pair: &StereoPair, id: u32) {
-    hub.publish_pose(&PoseUpdate {
-        stamp_ns: pair.stamp_ns,
-        sequence: pair.sequence,
-        outcome: TrackingOutcome::Tracked,
-        world_from_camera: Some(v1::RigidTransform { qw: 1.0, ..v1::RigidTransform::default() }),
-        matched_features: 100,
-        lost_for_ns: 0,
-        picture: "good",
-    });
+    publish_pose(hub, pair);
     hub.count_fused();
     let surfel = WireSurfel {
         id,
@@ -365,4 +376,17 @@ fn publish(hub: &Hub, pair: &StereoPair, id: u32) {
     };
     let update = ModelUpdate { stamp_ns: pair.stamp_ns, changed: vec![surfel], ..ModelUpdate::default() };
     hub.publish_model(&update).unwrap();
+}
+
+/// Says that a pair was tracked, with the camera at the origin.
+pub fn publish_pose(hub: &Hub, pair: &StereoPair) {
+    hub.publish_pose(&PoseUpdate {
+        stamp_ns: pair.stamp_ns,
+        sequence: pair.sequence,
+        outcome: TrackingOutcome::Tracked,
+        world_from_camera: Some(v1::RigidTransform { qw: 1.0, ..v1::RigidTransform::default() }),
+        matched_features: 100,
+        lost_for_ns: 0,
+        picture: "good",
+    });
 }
