@@ -8,6 +8,8 @@ use crate::TrackingError;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackingConfig {
+    /// How much of it is done.
+    pub mode: TrackingMode,
     /// Detection.
     pub features: FeatureConfig,
     /// Where not to detect.
@@ -32,6 +34,18 @@ pub struct TrackingConfig {
     pub recognition: RecognitionConfig,
     /// Coming back to a place.
     pub loops: LoopConfig,
+}
+
+/// How poses are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TrackingMode {
+    /// With a map, relocalisation and all.
+    Slam,
+    /// From frame to frame, without a map.
+    Odometry,
+    /// Not at all: the camera is taken not to move.
+    None,
 }
 
 /// Detection of oriented FAST corners.
@@ -212,6 +226,8 @@ pub struct FollowingConfig {
     pub agreement_px: f32,
     /// ... and additionally this times their distance.
     pub strain_max: f32,
+    /// Mean motion of a neighbourhood, beyond the camera's, up to which its features are rigid, px.
+    pub still_px: f32,
 }
 
 /// What is done about a keyframe beside tracking.
@@ -317,7 +333,7 @@ impl StereoConfig {
         let tolerance = self.row_tolerance_px;
         check("stereo.row_tolerance_px", f64::from(tolerance), (0.5..=8.0).contains(&tolerance), "0.5 to 8")?;
         let radius = self.window_radius_px;
-        check("stereo.window_radius_px", f64::from(radius), (2..=8).contains(&radius), "2 to 8")?;
+        check("stereo.window_radius_px", f64::from(radius), (2..=7).contains(&radius), "2 to 7")?;
         let radius = self.search_radius_px;
         check("stereo.search_radius_px", f64::from(radius), (1..=8).contains(&radius), "1 to 8")?;
         check("stereo.drift_time_s", self.drift_time_s, self.drift_time_s > 0.0, "positive")?;
@@ -400,6 +416,7 @@ impl FollowingConfig {
         for (key, value) in [
             ("following.agreement_px", self.agreement_px),
             ("following.strain_max", self.strain_max),
+            ("following.still_px", self.still_px),
             ("following.share_min", self.share_min),
         ] {
             check(key, f64::from(value), value >= 0.0, "zero or more")?;

@@ -1,5 +1,7 @@
 //! What comes in, and what is extracted from it.
 
+use std::sync::Arc;
+
 use geometry::{Gray, Mask, Pose, StereoRig};
 use nalgebra::{Point2, Point3};
 
@@ -42,15 +44,15 @@ impl StereoFrame<'_> {
     }
 }
 
-/// The features of a pair: left keypoints, their depth where the right image has them too.
+/// The features of a pair: left keypoints, their depth where the right image has them too. Copies share all but the depth.
 #[derive(Clone, Debug)]
 pub struct FrameFeatures {
     /// Left features.
-    pub features: Features,
+    pub features: Arc<Features>,
     /// Counterparts in the right image, by left feature.
     pub stereo: Vec<Option<StereoMatch>>,
     /// Left features by place.
-    pub grid: FeatureGrid,
+    pub grid: Arc<FeatureGrid>,
     /// Features found in the right image.
     pub right_count: usize,
 }
@@ -71,13 +73,16 @@ impl FrameFeatures {
         let left_eye = Eye { features: &features, pyramid: &pyramid };
         let right_eye = Eye { features: &right_features, pyramid: &right_pyramid };
         let stereo = match_rows(left_eye, right_eye, rig, &config.stereo);
-        let grid = FeatureGrid::new(&features.keypoints, frame.left.size());
-        Self { features, stereo, grid, right_count: right_features.len() }
+        let grid = Arc::new(FeatureGrid::new(&features.keypoints, frame.left.size()));
+        Self { features: Arc::new(features), stereo, grid, right_count: right_features.len() }
     }
 
     /// The same with `drift_px` taken off every disparity; what is not in front of the camera then loses its depth.
     #[must_use]
     pub fn without_drift(mut self, rig: &StereoRig, drift_px: f64) -> Self {
+        if drift_px == 0.0 {
+            return self;
+        }
         for (stereo, keypoint) in self.stereo.iter_mut().zip(&self.features.keypoints) {
             *stereo = stereo.and_then(|found| {
                 let right_x_px = found.right_x_px + drift_px as f32;

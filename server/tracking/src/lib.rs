@@ -9,6 +9,7 @@
 //! the same frames give the same poses, whatever the number of threads.
 
 pub mod config;
+mod dispatch;
 mod error;
 pub mod feature;
 pub mod following;
@@ -23,7 +24,7 @@ mod report;
 pub mod solve;
 mod tracker;
 
-pub use config::TrackingConfig;
+pub use config::{TrackingConfig, TrackingMode};
 pub use error::TrackingError;
 pub use frame::{FrameFeatures, StereoFrame};
 pub use local_mapping::MappingPace;

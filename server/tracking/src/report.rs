@@ -85,6 +85,8 @@ pub enum KeyframeReason {
     Rotation,
     /// The camera was found again.
     Recovery,
+    /// Odometry knows no frame but the last.
+    Odometry,
 }
 
 /// Counts of one frame.
@@ -117,7 +119,7 @@ pub struct TrackingReport {
     pub outcome: Outcome,
     /// The camera in the world of the first tracked left camera; `None` unless tracked or recovered.
     pub world_from_camera: Option<Pose>,
-    /// How the pose was found; `None` where there is none.
+    /// How the pose was found; `None` where there is none, or tracking is off.
     pub source: Option<PoseSource>,
     /// Left features.
     pub features: Vec<TrackedFeature>,

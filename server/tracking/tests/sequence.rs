@@ -5,7 +5,8 @@ mod support;
 use geometry::{Gray, Pose, Raster};
 use support::{Relief, config, rig, scope_motion, stamp_ns};
 use tracking::{
-    CorrectionKind, MappingPace, Outcome, PoseSource, StereoFrame, Tracker, TrackingError, TrackingReport,
+    CorrectionKind, MappingPace, Outcome, PoseSource, StereoFrame, Tracker, TrackingConfig, TrackingError,
+    TrackingMode, TrackingReport,
 };
 
 fn tracker() -> Tracker {
@@ -219,4 +220,41 @@ fn the_map_stays_within_its_caps() {
         assert!(tracker.map().keyframe_count() <= 10 && tracker.map().point_count() <= 1000);
     }
     assert_eq!(tracker.map().keyframe_count(), 10);
+}
+
+fn tracker_of(mode: TrackingMode) -> Tracker {
+    Tracker::new(&TrackingConfig { mode, ..config() }, &rig()).expect("a valid configuration")
+}
+
+#[test]
+fn odometry_follows_without_a_map_and_goes_on_after_a_blackout_from_where_it_was() {
+    let mut tracker = tracker_of(TrackingMode::Odometry);
+    for frame in 0..12 {
+        let truth = scope_motion(frame);
+        let report = track(&mut tracker, frame, &Relief::render(&rig(), &truth));
+        let error_mm = position_error_mm(&report, &truth);
+        assert!(error_mm < 1.0, "{error_mm} mm at frame {frame}");
+        assert_eq!(report.statistics.keyframes, 1);
+    }
+    for frame in 12..15 {
+        let report = track(&mut tracker, frame, &black());
+        assert_eq!(report.outcome, Outcome::Lost { since_ns: stamp_ns(12) });
+    }
+    let elsewhere = Pose::translation(0.3, 0.2, 0.0);
+    let after = |frame: usize| elsewhere * scope_motion(frame);
+    track(&mut tracker, 15, &Relief::render(&rig(), &after(15)));
+    let report = track(&mut tracker, 16, &Relief::render(&rig(), &after(16)));
+    assert_eq!(report.outcome, Outcome::Tracked);
+    // it was not told of the way in the dark
+    let way_mm = position_error_mm(&report, &scope_motion(11));
+    assert!(way_mm < 3.0, "{way_mm} mm from where it was lost");
+}
+
+#[test]
+fn without_tracking_the_camera_is_where_it_started() {
+    let mut tracker = tracker_of(TrackingMode::None);
+    for frame in 0..3 {
+        let report = track(&mut tracker, frame, &Relief::render(&rig(), &scope_motion(10 * frame)));
+        assert_eq!((report.outcome, report.world_from_camera), (Outcome::Tracked, Some(Pose::identity())));
+    }
 }

@@ -11,6 +11,7 @@
 
 #![expect(clippy::print_stdout, reason = "the table goes to standard output")]
 
+mod deformation;
 mod disturbances;
 mod endoscopes;
 mod footage;
@@ -71,6 +72,7 @@ fn main() -> Result<ExitCode, Error> {
 fn rows() -> Vec<Row> {
     let mut rows = resources::time_rows();
     rows.extend(simulated::rows());
+    rows.extend(deformation::rows());
     rows.extend(disturbances::rows());
     rows.extend(endoscopes::rows());
     rows.extend(resources::memory_rows());

@@ -23,7 +23,7 @@ pub struct Descriptor(pub [u64; 4]);
 
 impl Descriptor {
     /// Number of differing bits, 0 to 256.
-    #[inline]
+    #[inline(always)]
     pub fn distance(&self, other: &Self) -> u32 {
         let bits = |i: usize| (self.0[i] ^ other.0[i]).count_ones();
         bits(0) + bits(1) + bits(2) + bits(3)
@@ -33,27 +33,50 @@ impl Descriptor {
 /// `(dx, dy)` of both ends of each comparison.
 type Pattern = [[(i8, i8); 2]; PAIRS];
 
+/// Rotated offsets reach this far.
+const REACH_PX: usize = 16;
+/// Pixels of a patch, and its rows apart by a power of two.
+const PATCH_ROW: usize = 2 * REACH_PX + 1;
+const PATCH_STRIDE: usize = 64;
+const PATCH_LENGTH: usize = 4096;
+
 static STEERED: LazyLock<Vec<Pattern>> = LazyLock::new(|| {
     let upright = upright_pattern();
     let angle = |step: usize| step as f32 * std::f32::consts::TAU / STEERING_ANGLES as f32;
     (0..STEERING_ANGLES).map(|step| rotated(&upright, angle(step))).collect()
 });
 
+/// The same as places in a patch.
+static STEERED_PLACES: LazyLock<Vec<[[u16; 2]; PAIRS]>> = LazyLock::new(|| {
+    let along = |offset: i8| (REACH_PX as i32 + i32::from(offset)) as usize;
+    let place = |(dx, dy): (i8, i8)| (along(dy) * PATCH_STRIDE + along(dx)) as u16;
+    STEERED.iter().map(|pattern| pattern.map(|pair| pair.map(place))).collect()
+});
+
 /// Describes the patch around `(x, y)`, at least 16 px inside a smoothed image.
 pub fn describe(smoothed: &Gray, x: u32, y: u32, angle_rad: f32) -> Descriptor {
     let step = (angle_rad * (STEERING_ANGLES as f32 / std::f32::consts::TAU)).round() as i32;
-    let pattern = &STEERED[step.rem_euclid(STEERING_ANGLES as i32) as usize];
-    let stride = smoothed.width() as i32;
-    let centre = y as i32 * stride + x as i32;
-    let pixels = smoothed.pixels();
-    let value = |(dx, dy): (i8, i8)| pixels[(centre + i32::from(dy) * stride + i32::from(dx)) as usize];
+    let places = &STEERED_PLACES[step.rem_euclid(STEERING_ANGLES as i32) as usize];
+    let patch = cut_patch(smoothed, x as usize, y as usize);
+    // places are below the patch's length: the remainder changes nothing but spares the check
+    let value = |place: u16| patch[usize::from(place) % PATCH_LENGTH];
     let mut words = [0; 4];
-    for (word, pairs) in words.iter_mut().zip(pattern.chunks_exact(64)) {
+    for (word, pairs) in words.iter_mut().zip(places.chunks_exact(64)) {
         for (bit, [first, second]) in pairs.iter().enumerate() {
             *word |= u64::from(value(*first) < value(*second)) << bit;
         }
     }
     Descriptor(words)
+}
+
+fn cut_patch(image: &Gray, x: usize, y: usize) -> [u8; PATCH_LENGTH] {
+    let mut patch = [0; PATCH_LENGTH];
+    let rows = patch.chunks_exact_mut(PATCH_STRIDE).take(PATCH_ROW);
+    for (offset, row) in rows.enumerate() {
+        let source = &image.row((y + offset - REACH_PX) as u32)[x - REACH_PX..][..PATCH_ROW];
+        row[..PATCH_ROW].copy_from_slice(source);
+    }
+    patch
 }
 
 fn upright_pattern() -> Vec<[(f32, f32); 2]> {
@@ -122,6 +145,22 @@ mod tests {
             let distance = describe_middle(&turned_texture(seed, 0.0))
                 .distance(&describe_middle(&turned_texture(seed + 100, 0.0)));
             assert!(distance > 70, "{distance} bits differ, seed {seed}");
+        }
+    }
+
+    #[test]
+    fn descriptors_are_the_comparisons_of_the_pattern() {
+        let mut random = Pcg64Mcg::new(23);
+        let image = Raster::from_fn(50, 40, |_, _| random.random_range(0_u8..=255));
+        for (x, y, step) in [(16, 16, 0), (33, 23, 17), (20, 20, 63)] {
+            let angle_rad = step as f32 * std::f32::consts::TAU / STEERING_ANGLES as f32;
+            let Descriptor(words) = describe(&image, x, y, angle_rad);
+            for (bit, ends) in STEERED[step].iter().enumerate() {
+                let [first, second] = ends.map(|(dx, dy)| {
+                    *image.get(i64::from(x) + i64::from(dx), i64::from(y) + i64::from(dy)).expect("inside")
+                });
+                assert_eq!(words[bit / 64] >> (bit % 64) & 1, u64::from(first < second), "bit {bit}");
+            }
         }
     }
 

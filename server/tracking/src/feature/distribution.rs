@@ -34,10 +34,14 @@ pub fn distribute(mut corners: Vec<Corner>, (width, height): (u32, u32), wanted:
         return corners;
     }
     let mut open: BinaryHeap<Node> = root_nodes(&mut corners, width, height).collect();
-    let mut closed = Vec::new();
+    let (mut closed, mut scratch) = (Vec::new(), Vec::new());
     while open.len() + closed.len() < wanted {
         let Some(node) = open.pop() else { break };
-        if node.can_split() { open.extend(split(&mut corners, &node)) } else { closed.push(node) }
+        if node.can_split() {
+            open.extend(split(&mut corners, &node, &mut scratch))
+        } else {
+            closed.push(node)
+        }
     }
     closed.extend(open.into_vec());
     closed.sort_unstable_by_key(|node| (node.y0, node.x0));
@@ -59,10 +63,13 @@ fn root_nodes(corners: &mut [Corner], width: u32, height: u32) -> impl Iterator<
     nodes.into_iter().filter(|node| node.corners > 0)
 }
 
-fn split(corners: &mut [Corner], node: &Node) -> impl Iterator<Item = Node> {
+/// Sorts a node's corners by quadrant, those of a quadrant in the order they had.
+fn split(
+    corners: &mut [Corner],
+    node: &Node,
+    scratch: &mut Vec<Corner>,
+) -> impl Iterator<Item = Node> + use<> {
     let (middle_x, middle_y) = ((node.x0 + node.x1) / 2, (node.y0 + node.y1) / 2);
-    let part = &mut corners[node.first..node.first + node.corners];
-    part.sort_by_key(|corner| (corner.y >= middle_y, corner.x >= middle_x));
     let bounds = [
         [node.x0, node.y0, middle_x, middle_y],
         [middle_x, node.y0, node.x1, middle_y],
@@ -71,9 +78,18 @@ fn split(corners: &mut [Corner], node: &Node) -> impl Iterator<Item = Node> {
     ];
     let quadrant =
         |corner: &Corner| 2 * usize::from(corner.y >= middle_y) + usize::from(corner.x >= middle_x);
+    let part = &mut corners[node.first..node.first + node.corners];
+    scratch.clear();
+    scratch.extend_from_slice(part);
     let mut counts = [0; 4];
-    for corner in part.iter() {
+    for corner in scratch.iter() {
         counts[quadrant(corner)] += 1;
+    }
+    let mut next = [0, counts[0], counts[0] + counts[1], counts[0] + counts[1] + counts[2]];
+    for corner in scratch.iter() {
+        let place = &mut next[quadrant(corner)];
+        part[*place] = *corner;
+        *place += 1;
     }
     let mut first = node.first;
     let children: [Node; 4] = std::array::from_fn(|child| {

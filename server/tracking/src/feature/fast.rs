@@ -2,9 +2,12 @@
 //!
 //! The score of a pixel of value `c` is the largest `s` such that nine contiguous pixels of its Bresenham circle of
 //! radius 3 are all `>= c + s`, or all `<= c - s`; it is a corner at threshold `t` where `s > t`. Scores are
-//! byte minima and maxima over 32 pixels at once, which the compiler turns into vector instructions.
+//! byte minima and maxima over 32 pixels at once, which the compiler turns into vector instructions, wider ones where
+//! the processor has them.
 
 use geometry::{Gray, Raster};
+
+use crate::dispatch::dispatch;
 
 /// Circle of radius 3, clockwise from the top: `(dx, dy)`.
 pub const CIRCLE: [(i32, i32); 16] = [
@@ -43,8 +46,13 @@ pub struct Corner {
     pub score: u8,
 }
 
-/// Scores above `threshold` of all pixels at least 3 from the border; 0 elsewhere. Images narrower than 38 have none.
-pub fn score_map(image: &Gray, threshold: u8) -> Raster<u8> {
+dispatch! {
+    /// Scores above `threshold` of all pixels at least 3 from the border; 0 elsewhere. Images narrower than 38 have none.
+    pub fn score_map(image: &Gray, threshold: u8) -> Raster<u8> = score_map_portable;
+}
+
+#[inline(always)]
+fn score_map_portable(image: &Gray, threshold: u8) -> Raster<u8> {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let mut scores = Raster::filled(image.width(), image.height(), 0);
     if width < LANES + 2 * RADIUS || height < 2 * RADIUS + 1 {
@@ -67,8 +75,13 @@ pub fn score_map(image: &Gray, threshold: u8) -> Raster<u8> {
     scores
 }
 
-/// Corners of a score map: strict local maxima over 3x3, at least `border` from the edge, in row order.
-pub fn local_maxima(scores: &Raster<u8>, border: u32) -> Vec<Corner> {
+dispatch! {
+    /// Corners of a score map: strict local maxima over 3x3, at least `border` from the edge, in row order.
+    pub fn local_maxima(scores: &Raster<u8>, border: u32) -> Vec<Corner> = local_maxima_portable;
+}
+
+#[inline(always)]
+fn local_maxima_portable(scores: &Raster<u8>, border: u32) -> Vec<Corner> {
     let (width, height) = (scores.width() as usize, scores.height() as usize);
     let border = (border as usize).max(1);
     let mut corners = Vec::new();
@@ -76,16 +89,17 @@ pub fn local_maxima(scores: &Raster<u8>, border: u32) -> Vec<Corner> {
         return corners;
     }
     for y in border..height - border {
-        let rows = [-1_i64, 0, 1].map(|dy| scores.row((y as i64 + dy) as u32));
-        for (block, values) in rows[1][border..width - border].chunks(LANES).enumerate() {
-            if values.iter().fold(0, |highest, &value| value.max(highest)) == 0 {
-                continue;
+        let rows = [y - 1, y, y + 1].map(|row| scores.row(row as u32));
+        let mut x = border;
+        while x + LANES <= width - border {
+            if rows[1][x..x + LANES].iter().fold(0, |highest, &value| value.max(highest)) > 0 {
+                push_block(rows, x, y, &mut corners);
             }
-            for (lane, &score) in values.iter().enumerate() {
-                let x = border + block * LANES + lane;
-                if score > 0 && is_maximum(rows, x, score) {
-                    corners.push(Corner { x: x as u32, y: y as u32, score });
-                }
+            x += LANES;
+        }
+        for x in x..width - border {
+            if is_maximum(rows, x) {
+                corners.push(Corner { x: x as u32, y: y as u32, score: rows[1][x] });
             }
         }
     }
@@ -93,10 +107,41 @@ pub fn local_maxima(scores: &Raster<u8>, border: u32) -> Vec<Corner> {
 }
 
 /// Of equal neighbours the first in row order wins.
-fn is_maximum(rows: [&[u8]; 3], x: usize, score: u8) -> bool {
+fn is_maximum(rows: [&[u8]; 3], x: usize) -> bool {
+    let score = rows[1][x];
     let before = [rows[0][x - 1], rows[0][x], rows[0][x + 1], rows[1][x - 1]];
     let after = [rows[1][x + 1], rows[2][x - 1], rows[2][x], rows[2][x + 1]];
     before.iter().all(|&other| other < score) && after.iter().all(|&other| other <= score)
+}
+
+/// The maxima among the [`LANES`] pixels from column `x`.
+#[inline(always)]
+fn push_block(rows: [&[u8]; 3], x: usize, y: usize, corners: &mut Vec<Corner>) {
+    let flags = maxima(rows, x);
+    for (group, bytes) in flags.as_chunks::<8>().0.iter().enumerate() {
+        let mut set = u64::from_le_bytes(*bytes);
+        while set != 0 {
+            let x = x + 8 * group + set.trailing_zeros() as usize / 8;
+            corners.push(Corner { x: x as u32, y: y as u32, score: rows[1][x] });
+            set &= set - 1;
+        }
+    }
+}
+
+/// 1 where [`is_maximum`] holds, else 0.
+#[inline(always)]
+fn maxima(rows: [&[u8]; 3], x: usize) -> Lanes {
+    let lanes = |row: usize, x: usize| -> &Lanes {
+        rows[row][x..x + LANES].try_into().expect("a slice of LANES bytes")
+    };
+    let score = lanes(1, x);
+    let before = max(&max(lanes(0, x - 1), lanes(0, x)), &max(lanes(0, x + 1), lanes(1, x - 1)));
+    let after = max(&max(lanes(1, x + 1), lanes(2, x - 1)), &max(lanes(2, x), lanes(2, x + 1)));
+    let mut flags = [0; LANES];
+    for i in 0..LANES {
+        flags[i] = u8::from(score[i] > before[i]) & u8::from(score[i] >= after[i]);
+    }
+    flags
 }
 
 /// The pixels at a circle offset from the centres that start at column `x` of the window's middle row.
@@ -121,6 +166,7 @@ fn compass_bound(window: &[u8], width: usize, x: usize) -> u8 {
     bound.into_iter().fold(0, u8::max)
 }
 
+#[inline(always)]
 fn score_block(window: &[u8], width: usize, x: usize) -> Lanes {
     let mut circle = [[0; LANES]; 16];
     for (pixels, offset) in circle.iter_mut().zip(CIRCLE) {
@@ -248,6 +294,23 @@ mod tests {
         }
         let found: Vec<_> = local_maxima(&scores, 3).iter().map(|corner| (corner.x, corner.y)).collect();
         assert_eq!(found, [(30, 7), (20, 20)]);
+    }
+
+    #[test]
+    fn maxima_agree_with_the_definition_at_every_width() {
+        let mut random = Pcg64Mcg::new(17);
+        for width in 7..110 {
+            // few values, so that neighbours are often equal
+            let scores = Raster::from_fn(width, 9, |_, _| random.random_range(0_u8..6));
+            let found: Vec<_> = local_maxima(&scores, 3).iter().map(|c| (c.x, c.y, c.score)).collect();
+            let row = |y: u32| scores.row(y);
+            let places = (3..6_u32).flat_map(|y| (3..width - 3).map(move |x| (x, y)));
+            let expected: Vec<_> = places
+                .filter(|&(x, y)| is_maximum([row(y - 1), row(y), row(y + 1)], x as usize))
+                .map(|(x, y)| (x, y, scores[(x, y)]))
+                .collect();
+            assert_eq!(found, expected, "width {width}");
+        }
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use geometry::Gray;
 
+use crate::dispatch::dispatch;
+
 /// Radius of the disc whose moments are taken.
 pub const RADIUS_PX: i32 = 15;
 
@@ -23,21 +25,48 @@ const fn half_widths() -> [i32; 16] {
     widths
 }
 
-/// Angle `atan2(m01, m10)` of the first moments over the disc around `(x, y)`, which must lie
-/// [`RADIUS_PX`] or more from the image border.
-pub fn angle_rad(image: &Gray, x: u32, y: u32) -> f32 {
-    let (mut m10, mut m01) = (0_i32, 0_i32);
-    for dy in -RADIUS_PX..=RADIUS_PX {
-        let half_width = HALF_WIDTHS[dy.unsigned_abs() as usize];
-        let row = image.row((y as i32 + dy) as u32);
-        let start = (x as i32 - half_width) as usize;
-        let (mut sum, mut moment) = (0_i32, 0_i32);
+/// A row of the disc and one pixel more, for whole vectors.
+const ROW: usize = 2 * RADIUS_PX as usize + 2;
+
+/// For each row of the disc: 1 inside it, and `dx` inside it.
+static ROW_WEIGHTS: [[[i16; ROW]; 2]; 2 * RADIUS_PX as usize + 1] = row_weights();
+
+const fn row_weights() -> [[[i16; ROW]; 2]; 2 * RADIUS_PX as usize + 1] {
+    let mut weights = [[[0; ROW]; 2]; 2 * RADIUS_PX as usize + 1];
+    let mut row = 0;
+    while row < weights.len() {
+        let half_width = HALF_WIDTHS[(row as i32 - RADIUS_PX).unsigned_abs() as usize];
         let mut dx = -half_width;
-        for &value in &row[start..=start + 2 * half_width as usize] {
+        while dx <= half_width {
+            let column = (dx + RADIUS_PX) as usize;
+            weights[row][0][column] = 1;
+            weights[row][1][column] = dx as i16;
+            dx += 1;
+        }
+        row += 1;
+    }
+    weights
+}
+
+dispatch! {
+    /// Angle `atan2(m01, m10)` of the first moments over the disc around `(x, y)`, which must lie more than
+    /// [`RADIUS_PX`] from the image border.
+    pub fn angle_rad(image: &Gray, x: u32, y: u32) -> f32 = angle_rad_portable;
+}
+
+#[inline(always)]
+fn angle_rad_portable(image: &Gray, x: u32, y: u32) -> f32 {
+    let (mut m10, mut m01) = (0_i32, 0_i32);
+    let left = x as usize - RADIUS_PX as usize;
+    for (row, [inside, offsets]) in ROW_WEIGHTS.iter().enumerate() {
+        let dy = row as i32 - RADIUS_PX;
+        let pixels = &image.row((y as i32 + dy) as u32)[left..left + ROW];
+        let (mut sum, mut moment) = (0_i32, 0_i32);
+        for ((&value, &inside), &dx) in pixels.iter().zip(inside).zip(offsets) {
             // at most 709 pixels of 255 at 15: far from overflow
-            sum = sum.wrapping_add(i32::from(value));
-            moment = moment.wrapping_add(dx.wrapping_mul(i32::from(value)));
-            dx = dx.wrapping_add(1);
+            let value = i32::from(value);
+            sum = sum.wrapping_add(value.wrapping_mul(i32::from(inside)));
+            moment = moment.wrapping_add(value.wrapping_mul(i32::from(dx)));
         }
         m10 += moment;
         m01 += dy * sum;
@@ -60,6 +89,20 @@ mod tests {
             let error = (angle_rad(&image, 20, 20) - angle).to_degrees();
             assert!(error.abs() < 1.5, "{error} degrees at {} degrees", angle.to_degrees());
         }
+    }
+
+    #[test]
+    fn moments_are_those_of_the_disc_pixel_by_pixel() {
+        let image = Raster::from_fn(33, 32, |x, y| (x * 37 ^ y * 91) as u8);
+        let (mut m10, mut m01) = (0_i64, 0_i64);
+        for (dx, dy) in (-15..=15_i64).flat_map(|dy| (-15..=15_i64).map(move |dx| (dx, dy))) {
+            if dx * dx + dy * dy <= 15 * 15 + 15 {
+                let value = i64::from(*image.get(16 + dx, 16 + dy).expect("inside"));
+                m10 += dx * value;
+                m01 += dy * value;
+            }
+        }
+        assert_eq!(angle_rad(&image, 16, 16), (m01 as f32).atan2(m10 as f32));
     }
 
     #[test]

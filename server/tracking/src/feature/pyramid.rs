@@ -4,6 +4,8 @@
 
 use geometry::{Gray, Raster};
 
+use crate::dispatch::dispatch;
+
 /// Fractional bits of the interpolation weights.
 const WEIGHT_BITS: u32 = 7;
 const WEIGHT_ONE: u32 = 1 << WEIGHT_BITS;
@@ -80,13 +82,22 @@ fn taps(source_length: u32, target_length: u32, factor: f32) -> Vec<Tap> {
     (0..target_length).map(tap).collect()
 }
 
-fn reduce(source: &Gray, (width, height): (u32, u32), factor: f32) -> Gray {
+dispatch! {
+    fn reduce(source: &Gray, size: (u32, u32), factor: f32) -> Gray = reduce_portable;
+}
+
+#[inline(always)]
+fn reduce_portable(source: &Gray, (width, height): (u32, u32), factor: f32) -> Gray {
     let columns = taps(source.width(), width, factor);
     let rows = taps(source.height(), height, factor);
-    let mut blended = vec![0_u16; source.width() as usize];
+    // the last pixel twice, so that its tap has a neighbour
+    let source_width = source.width() as usize;
+    let mut blended = vec![0_u16; source_width + 1];
     let mut target: Gray = Raster::filled(width, height, 0);
     for (row, out) in rows.iter().zip(target.pixels_mut().chunks_exact_mut(width as usize)) {
-        blend_rows(source.row(row.first), source.row(row.second), row.weight as u16, &mut blended);
+        let pixels = &mut blended[..source_width];
+        blend_rows(source.row(row.first), source.row(row.second), row.weight as u16, pixels);
+        blended[source_width] = blended[source_width - 1];
         for (column, pixel) in columns.iter().zip(out) {
             *pixel = sample(&blended, column);
         }
@@ -95,6 +106,7 @@ fn reduce(source: &Gray, (width, height): (u32, u32), factor: f32) -> Gray {
 }
 
 /// `first + (second - first) * weight`, scaled by [`WEIGHT_ONE`]; fits 16 bits, so wrapping arithmetic never wraps.
+#[inline(always)]
 fn blend_rows(first: &[u8], second: &[u8], weight: u16, blended: &mut [u16]) {
     let rest = WEIGHT_ONE as u16 - weight;
     for ((out, &a), &b) in blended.iter_mut().zip(first).zip(second) {
@@ -102,10 +114,11 @@ fn blend_rows(first: &[u8], second: &[u8], weight: u16, blended: &mut [u16]) {
     }
 }
 
+#[inline(always)]
 fn sample(blended: &[u16], tap: &Tap) -> u8 {
-    let first = u32::from(blended[tap.first as usize]) * (WEIGHT_ONE - tap.weight);
-    let second = u32::from(blended[tap.second as usize]) * tap.weight;
-    ((first + second + (1 << (2 * WEIGHT_BITS - 1))) >> (2 * WEIGHT_BITS)) as u8
+    let [first, second] = blended[tap.first as usize..][..2] else { unreachable!("a slice of two") };
+    let sum = u32::from(first) * (WEIGHT_ONE - tap.weight) + u32::from(second) * tap.weight;
+    ((sum + (1 << (2 * WEIGHT_BITS - 1))) >> (2 * WEIGHT_BITS)) as u8
 }
 
 #[cfg(test)]

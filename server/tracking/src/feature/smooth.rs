@@ -2,12 +2,19 @@
 
 use geometry::{Gray, Raster};
 
+use crate::dispatch::dispatch;
+
 /// Gaussian of sigma 2 px over 7 taps; sums to 256.
 const KERNEL: [u16; 7] = [18, 33, 49, 56, 49, 33, 18];
 const RADIUS: usize = 3;
 
-/// The image smoothed with a separable 7x7 Gaussian (sigma 2 px); pixels outside repeat the border.
-pub fn gaussian_7x7(image: &Gray) -> Gray {
+dispatch! {
+    /// The image smoothed with a separable 7x7 Gaussian (sigma 2 px); pixels outside repeat the border.
+    pub fn gaussian_7x7(image: &Gray) -> Gray = gaussian_7x7_portable;
+}
+
+#[inline(always)]
+fn gaussian_7x7_portable(image: &Gray) -> Gray {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let mut vertical = vec![0_u8; width + 2 * RADIUS];
     let mut target: Gray = Raster::filled(image.width(), image.height(), 0);
@@ -28,6 +35,7 @@ pub fn gaussian_7x7(image: &Gray) -> Gray {
 
 /// Weighted sum of seven equally long rows. 255 * 256 fits 16 bits, so the wrapping arithmetic never wraps; it is
 /// there because checked arithmetic would keep the loop from being vectorised.
+#[inline(always)]
 fn weigh(rows: [&[u8]; 7], out: &mut [u8]) {
     let length = out.len();
     let rows = rows.map(|row| &row[..length]);

@@ -2,8 +2,9 @@
 //!
 //! Where both frames match one map point under their rigid poses, the feature is followed rigidly. The other features of the
 //! earlier frame are looked for by descriptor around where the camera's motion alone would put them ([`search`]); such a
-//! match is kept only where its neighbours have moved alike ([`consensus`]): tissue deforms smoothly, mismatches do not. The
-//! dense model bends by these matches.
+//! match is kept only where its neighbours have moved alike ([`consensus`]): tissue deforms smoothly, mismatches do not.
+//! Where a neighbourhood as a whole has moved beyond the camera's motion, its features count as deforming even if each alone might be
+//! noise. The dense model bends by these matches.
 
 pub mod consensus;
 pub mod search;
@@ -103,13 +104,14 @@ fn steps(last: &PosedFrame, now: &PosedFrame, context: &FollowingContext) -> Vec
     let mut steps = through_map(last, now, &rigid_motion);
     let by_map = steps.len();
     steps.extend(search::by_descriptor(last, now, &rigid_motion, &steps));
-    let shares = consensus::agreeing_shares(&now.frame, &steps, context.following);
-    let accepted = steps.into_iter().zip(shares).enumerate();
-    accepted
-        .filter_map(|(index, (step, share))| {
-            let share = if index < by_map { Some(1.0) } else { share };
+    let opinions = consensus::consensus(&now.frame, &steps, context.following);
+    let judged = steps.into_iter().zip(opinions).enumerate();
+    judged
+        .filter_map(|(index, (step, opinion))| {
+            let share = if index < by_map { Some(1.0) } else { opinion.map(|opinion| opinion.share) };
+            let still = opinion.is_none_or(|opinion| opinion.mean_px.norm() <= context.following.still_px);
             let scale = context.scales[usize::from(now.frame.features.keypoints[step.current].level)];
-            Some((step, share? / (scale * scale)))
+            Some((Step { rigid: step.rigid && still, ..step }, share? / (scale * scale)))
         })
         .collect()
 }

@@ -1,5 +1,6 @@
 //! Matches between two whole sets of descriptors, when no pose tells where to look.
 
+use crate::dispatch::dispatch;
 use crate::feature::Descriptor;
 
 /// Best and second best seen so far for one descriptor.
@@ -13,6 +14,7 @@ struct Nearest {
 const NOTHING: Nearest = Nearest { best: u32::MAX, second: u32::MAX, index: usize::MAX };
 
 impl Nearest {
+    #[inline(always)]
     fn see(&mut self, distance: u32, index: usize) {
         if distance < self.best {
             *self = Self { best: distance, second: self.best, index };
@@ -22,9 +24,14 @@ impl Nearest {
     }
 }
 
-/// Pairs `(index in a, index in b)` that are each other's nearest, at most `distance_max_bits` apart and nearer than
-/// `ratio` times the second nearest; in the order of `a`.
-pub fn mutual_matches(
+dispatch! {
+    /// Pairs `(index in a, index in b)` that are each other's nearest, at most `distance_max_bits` apart and nearer than
+    /// `ratio` times the second nearest; in the order of `a`.
+    pub fn mutual_matches(a: &[Descriptor], b: &[Descriptor], distance_max_bits: u32, ratio: f32) -> Vec<(usize, usize)> = mutual_matches_portable;
+}
+
+#[inline(always)]
+fn mutual_matches_portable(
     a: &[Descriptor],
     b: &[Descriptor],
     distance_max_bits: u32,

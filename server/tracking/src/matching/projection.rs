@@ -4,6 +4,8 @@ use geometry::{Pose, StereoRig};
 use nalgebra::{Point2, Point3};
 
 use crate::config::SearchConfig;
+use crate::dispatch::dispatch;
+use crate::feature::Descriptor;
 use crate::frame::FrameFeatures;
 use crate::map::{Map, PointId};
 use crate::solve::reprojection;
@@ -60,7 +62,7 @@ impl ProjectionSearch<'_> {
             let Some(point) = map.point(id) else { continue };
             let Some(prediction) = self.predict(point, camera_from_world, &centre) else { continue };
             expected.push(id);
-            let Some((distance, feature)) = self.nearest_feature(frame, &prediction, &point.descriptor)
+            let Some((distance, feature)) = nearest_feature(self, frame, &prediction, &point.descriptor)
             else {
                 continue;
             };
@@ -105,36 +107,41 @@ impl ProjectionSearch<'_> {
         let reachable = level > -1.5 && level < last as f64 + 1.5;
         reachable.then(|| (level.round().max(0.0) as usize).min(last))
     }
+}
 
-    fn nearest_feature(
-        &self,
-        frame: &FrameFeatures,
-        prediction: &Prediction,
-        descriptor: &crate::feature::Descriptor,
-    ) -> Option<(u32, usize)> {
-        let radius = self.radius_px * self.scales[prediction.level];
-        let mut best = (u32::MAX, usize::MAX);
-        let mut second = u32::MAX;
-        for feature in frame.grid.near(&prediction.pixel, radius) {
-            let keypoint = &frame.features.keypoints[feature];
-            let offset = keypoint.pixel - prediction.pixel;
-            if offset.x.abs() > radius
-                || offset.y.abs() > radius
-                || usize::from(keypoint.level).abs_diff(prediction.level) > 1
-                || frame.stereo[feature]
-                    .is_some_and(|s| (s.right_x_px - prediction.right_x_px).abs() > radius)
-            {
-                continue;
-            }
-            let distance = descriptor.distance(&frame.features.descriptors[feature]);
-            if distance < best.0 {
-                second = best.0;
-                best = (distance, feature);
-            } else {
-                second = second.min(distance);
-            }
+dispatch! {
+    /// Distance and index of the most similar feature in the window; `None` where two are alike.
+    fn nearest_feature(search: &ProjectionSearch, frame: &FrameFeatures, prediction: &Prediction, descriptor: &Descriptor) -> Option<(u32, usize)> = nearest_feature_portable;
+}
+
+#[inline(always)]
+fn nearest_feature_portable(
+    search: &ProjectionSearch,
+    frame: &FrameFeatures,
+    prediction: &Prediction,
+    descriptor: &Descriptor,
+) -> Option<(u32, usize)> {
+    let radius = search.radius_px * search.scales[prediction.level];
+    let mut best = (u32::MAX, usize::MAX);
+    let mut second = u32::MAX;
+    for feature in frame.grid.near(&prediction.pixel, radius) {
+        let keypoint = &frame.features.keypoints[feature];
+        let offset = keypoint.pixel - prediction.pixel;
+        if offset.x.abs() > radius
+            || offset.y.abs() > radius
+            || usize::from(keypoint.level).abs_diff(prediction.level) > 1
+            || frame.stereo[feature].is_some_and(|s| (s.right_x_px - prediction.right_x_px).abs() > radius)
+        {
+            continue;
         }
-        let distinct = (best.0 as f32) < self.config.ratio * second as f32;
-        (best.0 <= self.config.distance_max_bits && distinct).then_some(best)
+        let distance = descriptor.distance(&frame.features.descriptors[feature]);
+        if distance < best.0 {
+            second = best.0;
+            best = (distance, feature);
+        } else {
+            second = second.min(distance);
+        }
     }
+    let distinct = (best.0 as f32) < search.config.ratio * second as f32;
+    (best.0 <= search.config.distance_max_bits && distinct).then_some(best)
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::subpixel::{self, Windows};
 use crate::config::StereoConfig;
+use crate::dispatch::dispatch;
 use crate::feature::pyramid::to_level;
 use crate::feature::{Features, Keypoint, Pyramid};
 
@@ -61,7 +62,7 @@ struct RowMatcher<'a> {
 
 impl RowMatcher<'_> {
     fn match_one(&self, index: usize) -> Option<(StereoMatch, f32)> {
-        let candidate = self.best_candidate(index)?;
+        let candidate = best_candidate(self, index)?;
         let left = &self.left.features.keypoints[index];
         let right = &self.right.features.keypoints[candidate];
         let scale = self.left.pyramid.scales()[usize::from(left.level)];
@@ -91,39 +92,44 @@ impl RowMatcher<'_> {
         let beyond_infinity = disparity_px - self.rig.disparity_at_infinity_px() as f32;
         (self.config.disparity_min_px..=self.config.disparity_max_px).contains(&beyond_infinity)
     }
+}
 
-    fn best_candidate(&self, index: usize) -> Option<usize> {
-        let keypoint = &self.left.features.keypoints[index];
-        let descriptor = &self.left.features.descriptors[index];
-        let tolerance =
-            self.config.row_tolerance_px * self.left.pyramid.scales()[usize::from(keypoint.level)];
-        let row_of = |&candidate: &u32| self.right.features.keypoints[candidate as usize].pixel.y;
-        let start = self.by_row.partition_point(|candidate| row_of(candidate) < keypoint.pixel.y - tolerance);
-        let mut best = (u32::MAX, usize::MAX, 0.0);
-        let mut second = u32::MAX;
-        for candidate in &self.by_row[start..] {
-            if row_of(candidate) > keypoint.pixel.y + tolerance {
-                break;
-            }
-            let candidate = *candidate as usize;
-            let other = &self.right.features.keypoints[candidate];
-            if other.level.abs_diff(keypoint.level) > 1
-                || !self.is_plausible(keypoint.pixel.x - other.pixel.x)
-            {
-                continue;
-            }
-            let distance = descriptor.distance(&self.right.features.descriptors[candidate]);
-            let same_place = best.1 != usize::MAX && (other.pixel.x - best.2).abs() < SAME_PLACE_PX;
-            if distance < best.0 {
-                second = if same_place { second } else { best.0 };
-                best = (distance, candidate, other.pixel.x);
-            } else if !same_place {
-                second = second.min(distance);
-            }
+dispatch! {
+    /// The most similar right keypoint that a left one may belong to; `None` where two are alike.
+    fn best_candidate(matcher: &RowMatcher, index: usize) -> Option<usize> = best_candidate_portable;
+}
+
+#[inline(always)]
+fn best_candidate_portable(matcher: &RowMatcher, index: usize) -> Option<usize> {
+    let keypoint = &matcher.left.features.keypoints[index];
+    let descriptor = &matcher.left.features.descriptors[index];
+    let tolerance =
+        matcher.config.row_tolerance_px * matcher.left.pyramid.scales()[usize::from(keypoint.level)];
+    let row_of = |&candidate: &u32| matcher.right.features.keypoints[candidate as usize].pixel.y;
+    let start = matcher.by_row.partition_point(|candidate| row_of(candidate) < keypoint.pixel.y - tolerance);
+    let mut best = (u32::MAX, usize::MAX, 0.0);
+    let mut second = u32::MAX;
+    for candidate in &matcher.by_row[start..] {
+        if row_of(candidate) > keypoint.pixel.y + tolerance {
+            break;
         }
-        let distinct = (best.0 as f32) < self.config.ratio * second as f32;
-        (best.0 <= self.config.distance_max_bits && distinct).then_some(best.1)
+        let candidate = *candidate as usize;
+        let other = &matcher.right.features.keypoints[candidate];
+        if other.level.abs_diff(keypoint.level) > 1 || !matcher.is_plausible(keypoint.pixel.x - other.pixel.x)
+        {
+            continue;
+        }
+        let distance = descriptor.distance(&matcher.right.features.descriptors[candidate]);
+        let same_place = best.1 != usize::MAX && (other.pixel.x - best.2).abs() < SAME_PLACE_PX;
+        if distance < best.0 {
+            second = if same_place { second } else { best.0 };
+            best = (distance, candidate, other.pixel.x);
+        } else if !same_place {
+            second = second.min(distance);
+        }
     }
+    let distinct = (best.0 as f32) < matcher.config.ratio * second as f32;
+    (best.0 <= matcher.config.distance_max_bits && distinct).then_some(best.1)
 }
 
 fn drop_dissimilar(found: Vec<Option<(StereoMatch, f32)>>, median_factor: f32) -> Vec<Option<StereoMatch>> {

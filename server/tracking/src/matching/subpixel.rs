@@ -4,13 +4,19 @@
 
 use geometry::Gray;
 
-/// Window radius at most; windows live on the stack.
-const MAX_RADIUS: usize = 8;
-const MAX_SIDE: usize = 2 * MAX_RADIUS + 1;
-/// Window plus the search to both sides.
-const MAX_STRIP: usize = MAX_SIDE + 2 * MAX_RADIUS;
+use crate::dispatch::dispatch;
 
-/// Radii of comparison, px of the level, both at most 8.
+/// Window radius at most; windows live on the stack.
+pub const MAX_RADIUS: usize = 7;
+/// Search radius at most.
+pub const MAX_SEARCH: usize = 8;
+const MAX_SIDE: usize = 2 * MAX_RADIUS + 1;
+/// A window's row, filled up to a whole vector.
+const LANES: usize = 16;
+/// Window plus the search to both sides, and the filling.
+const MAX_STRIP: usize = LANES + 2 * MAX_SEARCH;
+
+/// Radii of comparison, px of the level, at most [`MAX_RADIUS`] and [`MAX_SEARCH`].
 #[derive(Clone, Copy, Debug)]
 pub struct Windows {
     /// Half side of a window.
@@ -70,16 +76,16 @@ pub fn refine(
     Some(Refined { x, difference: at / area })
 }
 
-/// A window with its mean removed.
+/// A window with its mean removed, zero beyond its side.
 struct Template {
-    rows: [[i16; MAX_SIDE]; MAX_SIDE],
+    rows: [[i16; LANES]; MAX_SIDE],
     radius: usize,
 }
 
 impl Template {
     fn cut(image: &Gray, x: i32, y: i32, radius: usize) -> Self {
         let side = 2 * radius + 1;
-        let mut rows = [[0; MAX_SIDE]; MAX_SIDE];
+        let mut rows = [[0; LANES]; MAX_SIDE];
         let mut sum = 0_i32;
         for (offset, row) in rows.iter_mut().enumerate().take(side) {
             let start = x as usize - radius;
@@ -97,7 +103,7 @@ impl Template {
     }
 
     /// Sums of absolute differences with the windows centred at `x - search ..= x + search` of row `y`.
-    fn differences(&self, image: &Gray, x: i32, y: i32, search: usize) -> [i32; 2 * MAX_RADIUS + 1] {
+    fn differences(&self, image: &Gray, x: i32, y: i32, search: usize) -> [i32; 2 * MAX_SEARCH + 1] {
         let side = 2 * self.radius + 1;
         let width = side + 2 * search;
         let start = x as usize - self.radius - search;
@@ -107,29 +113,36 @@ impl Template {
             let source = &image.row((y as usize + offset - self.radius) as u32)[start..start + width];
             for ((target, sum), &value) in row.iter_mut().zip(&mut column_sums).zip(source) {
                 *target = i16::from(value);
-                *sum += i32::from(value);
+                *sum = sum.wrapping_add(i32::from(value));
             }
         }
-        let mut sums = [0; 2 * MAX_RADIUS + 1];
+        let mut sums = [0; 2 * MAX_SEARCH + 1];
         for (step, total) in sums.iter_mut().enumerate().take(2 * search + 1) {
             let mean = rounded_mean(column_sums[step..step + side].iter().sum(), side);
-            *total = self.difference(&strip, step, mean);
+            *total = difference(&self.rows[..side], &strip[..side], step, mean);
         }
         sums
     }
+}
 
-    /// Values stay within +-510, 289 of them: neither type can overflow, and wrapping sums are vectorised.
-    fn difference(&self, strip: &[[i16; MAX_STRIP]; MAX_SIDE], step: usize, mean: i16) -> i32 {
-        let side = 2 * self.radius + 1;
-        let mut total = 0_i32;
-        for (row, other) in self.rows.iter().zip(strip).take(side) {
-            for (&a, &b) in row[..side].iter().zip(&other[step..step + side]) {
-                let difference = a.wrapping_sub(b).wrapping_add(mean);
-                total = total.wrapping_add(i32::from(difference.wrapping_abs()));
-            }
+dispatch! {
+    /// Sum of `|template - (window - mean)|` over the window that begins at column `step` of the strip.
+    ///
+    /// Values stay within +-510, 15 of them in a column: sixteen bits cannot overflow, and wrapping sums are vectorised.
+    fn difference(template: &[[i16; LANES]], strip: &[[i16; MAX_STRIP]], step: usize, mean: i16) -> i32 = difference_portable;
+}
+
+#[inline(always)]
+fn difference_portable(template: &[[i16; LANES]], strip: &[[i16; MAX_STRIP]], step: usize, mean: i16) -> i32 {
+    let mut columns = [0_i16; LANES];
+    for (row, other) in template.iter().zip(strip) {
+        let other: &[i16; LANES] = other[step..step + LANES].try_into().expect("a slice of LANES values");
+        for i in 0..LANES {
+            let difference = row[i].wrapping_sub(other[i]).wrapping_add(mean);
+            columns[i] = columns[i].wrapping_add(difference.wrapping_abs());
         }
-        total
     }
+    columns[..template.len()].iter().map(|&sum| i32::from(sum)).sum()
 }
 
 fn rounded_mean(sum: i32, side: usize) -> i16 {
@@ -173,6 +186,29 @@ mod tests {
         let refined = refine(&left, (60, 30), &brighter, (51, 30), WINDOWS).expect("a match");
         assert!((60.0 - refined.x - 9.3).abs() < 0.1, "{refined:?}");
         assert!(refined.difference < 4.0, "{refined:?}");
+    }
+
+    #[test]
+    fn sums_are_those_of_the_definition() {
+        let (left, right) = (shifted(0.0, 0.0, 1.0), shifted(8.4, 0.3, 0.9));
+        for radius in 2..=MAX_RADIUS {
+            let side = 2 * radius as i64 + 1;
+            let window = |image: &Gray, x: i64, y: i64| -> Vec<i32> {
+                let half = radius as i64;
+                let places = (-half..=half).flat_map(|dy| (-half..=half).map(move |dx| (x + dx, y + dy)));
+                let values: Vec<i32> =
+                    places.map(|(x, y)| i32::from(*image.get(x, y).expect("inside"))).collect();
+                let mean = i32::from(rounded_mean(values.iter().sum(), side as usize));
+                values.iter().map(|value| value - mean).collect()
+            };
+            let template = window(&left, 60, 30);
+            let sums = Template::cut(&left, 60, 30, radius).differences(&right, 52, 30, MAX_SEARCH);
+            for (step, &sum) in sums.iter().enumerate() {
+                let other = window(&right, 52 + step as i64 - MAX_SEARCH as i64, 30);
+                let expected: i32 = template.iter().zip(&other).map(|(a, b)| (a - b).abs()).sum();
+                assert_eq!(sum, expected, "radius {radius}, step {step}");
+            }
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! is dropped in the last round, when outliers are out.
 
 use geometry::{Pose, StereoRig, robust, se3};
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix3x6, Matrix6, Vector3, Vector6};
 
 use super::reprojection::{PointObservation, inliers, jacobian_pose};
 use crate::config::PoseConfig;
@@ -117,12 +117,31 @@ fn linearise<'a>(
             robust::RobustCost { cost: chi2, weight: 1.0 }
         };
         let jacobian = jacobian_pose(&observation.jacobian_point(rig, &point_in_camera), &point_in_camera);
-        let weighted_jacobian = jacobian * (trust * weighted.weight * information);
-        system.hessian += weighted_jacobian.tr_mul(&jacobian);
-        system.gradient += weighted_jacobian.tr_mul(&residual);
+        add_normal_equations(&mut system, &jacobian, &residual, trust * weighted.weight * information);
         system.cost += trust * weighted.cost;
     }
+    system.hessian.fill_lower_triangle_with_upper_triangle();
     system
+}
+
+/// Adds `weight * J^T J`, its upper triangle only, and `weight * J^T r`; by plain loops, which are several times as fast as
+/// products of matrices of this size.
+#[inline(always)]
+fn add_normal_equations(
+    system: &mut System,
+    jacobian: &Matrix3x6<f64>,
+    residual: &Vector3<f64>,
+    weight: f64,
+) {
+    for column in 0..6 {
+        let weighted: [f64; 3] = std::array::from_fn(|row| weight * jacobian[(row, column)]);
+        for other in 0..=column {
+            let product = |row: usize| weighted[row] * jacobian[(row, other)];
+            system.hessian[(other, column)] += product(0) + product(1) + product(2);
+        }
+        let product = |row: usize| weighted[row] * residual[row];
+        system.gradient[column] += product(0) + product(1) + product(2);
+    }
 }
 
 fn damped_step(system: &System, damping: f64) -> Option<Vector6<f64>> {

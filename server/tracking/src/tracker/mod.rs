@@ -3,6 +3,7 @@
 mod keyframe_rule;
 mod mapping;
 mod motion_model;
+mod odometry;
 pub(crate) mod pose_search;
 mod recovery;
 
@@ -11,7 +12,7 @@ use std::sync::Arc;
 use geometry::{Pose, StereoRig};
 
 use crate::TrackingError;
-use crate::config::TrackingConfig;
+use crate::config::{TrackingConfig, TrackingMode};
 use crate::feature::Extractor;
 use crate::feature::extract::has_room_for_features;
 use crate::following::{Followed, Follower, FollowingContext};
@@ -74,6 +75,8 @@ struct Track {
     /// The keyframe that shares most points with the last frame.
     reference: KeyframeId,
     frames_since_keyframe: u32,
+    /// Odometry: since when no frame could be joined to the one before.
+    lost_since_ns: Option<u64>,
 }
 
 impl Tracker {
@@ -139,6 +142,10 @@ impl Tracker {
         if let Some(last_ns) = self.last_stamp_ns.filter(|&last_ns| stamp_ns <= last_ns) {
             return Err(TrackingError::Stamp { stamp_ns, last_ns });
         }
+        if self.config.mode == TrackingMode::None {
+            self.last_stamp_ns = Some(stamp_ns);
+            return Ok(self.unmoving());
+        }
         self.frame_number += 1;
         let elapsed_ns = self.last_stamp_ns.replace(stamp_ns).map_or(0, |last_ns| stamp_ns - last_ns);
         let features = FrameFeatures::extract(frame, &self.rig, &self.extractor, &self.config);
@@ -171,6 +178,7 @@ impl Tracker {
             (Some(located), State::Tracking(track)) => self.accept(located, Outcome::Tracked, Some(&track)),
             (Some(located), State::NotInitialized) => self.accept(located, Outcome::Tracked, None),
             (None, State::NotInitialized) => (State::NotInitialized, Outcome::NotInitialized.into()),
+            (None, State::Tracking(track)) if self.is_odometry() => self.go_on_from(frame, track),
             (None, State::Tracking(track)) => lost(stamp_ns, 1, track.last.camera_from_world),
             (None, State::Lost { since_ns, attempts, last_seen }) => {
                 let usable = features.stereo_count() >= self.config.recovery.initial_points_min as usize;
@@ -179,7 +187,10 @@ impl Tracker {
         };
         self.state = state;
         self.give_mapping()?;
-        let followed = self.follow_features();
+        let followed = match verdict.world_from_camera {
+            Some(_) => self.follow_features(),
+            None => Vec::new(),
+        };
         Ok(self.report(&features, &verdict, &followed))
     }
 
@@ -285,6 +296,7 @@ impl Tracker {
                 (None, Some(track)) => track.frames_since_keyframe.saturating_add(1),
                 _ => 1,
             },
+            lost_since_ns: None,
         };
         (State::Tracking(state), verdict)
     }
@@ -311,6 +323,9 @@ impl Tracker {
         let Some(reference) = located.reference.and_then(|id| self.map.keyframe(id)) else {
             return Some(KeyframeReason::First);
         };
+        if self.is_odometry() {
+            return Some(KeyframeReason::Odometry);
+        }
         let frame = TrackedFrame {
             camera_from_world: located.posed.camera_from_world,
             inliers: located.inliers(),
@@ -322,6 +337,9 @@ impl Tracker {
 
     /// Inserts a keyframe; the frame then tracks the points that it made.
     fn make_keyframe(&mut self, posed: &mut PosedFrame) -> KeyframeId {
+        if self.is_odometry() {
+            return self.restart_map(posed);
+        }
         let id = local_mapping::insert_keyframe(&mut self.map, posed, &self.rig, &self.config.map);
         let configs = (&self.config.pose, &self.config.map);
         local_mapping::refine_points(&mut self.map, id, &self.rig, &self.scales, configs);
