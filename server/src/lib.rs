@@ -6,6 +6,7 @@
 pub mod cli;
 pub mod config;
 pub mod convert;
+mod feature_picture;
 pub mod http;
 pub mod ingest;
 pub mod overview;

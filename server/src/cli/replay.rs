@@ -28,6 +28,9 @@ pub struct Replay {
     /// Also write DIR/views/NNNNNN.png and .pfm, the model as the scope sees it, for every N-th pair.
     #[arg(long, value_name = "N")]
     views_every: Option<NonZeroU32>,
+    /// Also write FEATURES/NNNNNN.png for every pair: the left image with the tracker's features.
+    #[arg(long, value_name = "FEATURES")]
+    draw_features: Option<PathBuf>,
 }
 
 impl Replay {
@@ -38,6 +41,7 @@ impl Replay {
             pace: self.pace,
             save_depth: self.save_depth,
             views_every: self.views_every,
+            draw_features: self.draw_features,
         };
         let mut progress = Progress::new("replay");
         let replayed = replay::replay(&options, config, &mut |done, total| progress.set(done, total));

@@ -14,11 +14,12 @@ use super::frames::FrameRow;
 use super::points::{PointFollower, PointFrame};
 use super::report::FrameCounts;
 use super::stream::StreamMeter;
+use super::tracking_rows::TrackingRow;
 use super::truth::PointTruth;
 use super::unpoisoned;
 use crate::convert;
-use crate::overview;
 use crate::session::worker::{FusedPair, Sink, SinkError, TrackedPair, WorkerError};
+use crate::{feature_picture, overview};
 
 /// Samples of a session that its report is made from: two minutes at 30 pairs a second.
 const SAMPLES_MAX: usize = 3600;
@@ -36,6 +37,8 @@ pub struct Running {
     pub depth_directory: Option<PathBuf>,
     /// Where pictures of the model go, and for every how many pairs.
     pub views: Option<(PathBuf, NonZeroU32)>,
+    /// Where the left images with the tracker's features go.
+    pub feature_directory: Option<PathBuf>,
 }
 
 /// The replay's sink.
@@ -72,6 +75,7 @@ pub struct Collected {
     pub stages: BTreeMap<&'static str, Stage>,
     pub frame_ms: Samples<f64>,
     pub frames: Samples<FrameRow>,
+    pub tracking: Samples<TrackingRow>,
     pub points: PointFollower,
     /// `None` where somebody else publishes the changes.
     pub stream: Option<StreamMeter>,
@@ -113,6 +117,7 @@ impl Collector {
             stages: BTreeMap::new(),
             frame_ms: Samples::new(samples_max),
             frames: Samples::new(samples_max),
+            tracking: Samples::new(samples_max),
             points: PointFollower::default(),
             stream,
             stamps_ns: None,
@@ -204,9 +209,24 @@ impl Collector {
     }
 }
 
+impl Collector {
+    /// The left image with the tracker's features.
+    fn write_features(&self, pair: &TrackedPair) -> Result<(), SinkError> {
+        let Some(directory) = &self.running.feature_directory else { return Ok(()) };
+        let picture = feature_picture::draw(&pair.left, &pair.report.features);
+        let png = recording::encode_png_rgb(&picture)?;
+        Ok(std::fs::write(numbered_file(directory, pair.sequence, "png"), png.bytes)?)
+    }
+}
+
 impl Sink for Collector {
     fn tracked(&self, pair: &TrackedPair) {
+        let drawn = self.write_features(pair);
         let mut collected = unpoisoned(self.collected.lock());
+        if let Err(error) = drawn {
+            collected.error.get_or_insert(error.into());
+        }
+        collected.tracking.push(TrackingRow::new(pair));
         collected.time("rectify", "cpu", pair.rectify_ms);
         collected.time("tracking", "cpu", pair.tracking_ms);
         collected.front_ms.insert(pair.sequence, pair.rectify_ms + pair.tracking_ms);

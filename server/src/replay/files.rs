@@ -9,7 +9,7 @@ use recording::PairingStatistics;
 use recording::export;
 
 use super::collector::{Collected, Running};
-use super::frames::{self, FrameRow};
+use super::frames::{FrameRow, write_rows};
 use super::report::{
     BackProjectionSummary, FrameCounts, PeakMemory, Quantiles, Report, StageSummary, peak_resident_mib,
     quantiles,
@@ -28,9 +28,11 @@ pub struct Run<'a> {
 
 /// Makes the directories for the results, before hours are spent on them.
 pub fn make_directories(options: &ReplayOptions) -> Result<(), ReplayError> {
-    let Running { depth_directory, views } = options.running();
+    let Running { depth_directory, views, feature_directory } = options.running();
     let views = views.map(|(directory, _)| directory);
-    for directory in [Some(options.out.clone()), depth_directory, views].into_iter().flatten() {
+    for directory in
+        [Some(options.out.clone()), depth_directory, views, feature_directory].into_iter().flatten()
+    {
         std::fs::create_dir_all(&directory).map_err(ReplayError::io(&directory))?;
     }
     Ok(())
@@ -43,7 +45,8 @@ pub fn write(out: &Path, collected: &Collected, run: &Run) -> Result<Report, Rep
         export::write_points(&out.join("points.csv"), collected.points.estimates())
             .map_err(ReplayError::Results)?;
     }
-    frames::write(&out.join("frames.csv"), &collected.frames.values())?;
+    write_rows(&out.join("frames.csv"), &collected.frames.values())?;
+    write_rows(&out.join("tracking.csv"), &collected.tracking.values())?;
     let results = results(collected, run);
     write_results(out, &results)?;
     Ok(results.report)

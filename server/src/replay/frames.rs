@@ -67,11 +67,11 @@ impl FrameRow {
     }
 }
 
-/// Writes all frames.
-pub(super) fn write(path: &Path, frames: &[FrameRow]) -> Result<(), ReplayError> {
+/// Writes a row for each frame.
+pub(super) fn write_rows(path: &Path, rows: &[impl Serialize]) -> Result<(), ReplayError> {
     let mut writer = csv::Writer::from_path(path).map_err(refused(path))?;
-    for frame in frames {
-        writer.serialize(frame).map_err(refused(path))?;
+    for row in rows {
+        writer.serialize(row).map_err(refused(path))?;
     }
     writer.flush().map_err(ReplayError::io(path))
 }

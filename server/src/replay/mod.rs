@@ -23,6 +23,7 @@ mod points;
 mod report;
 mod seams;
 mod stream;
+mod tracking_rows;
 pub(crate) mod truth;
 
 use collector::{Collector, Running};
@@ -62,6 +63,8 @@ pub struct ReplayOptions {
     pub save_depth: bool,
     /// Also write the model as the scope sees it, picture and depth, at every n-th pair.
     pub views_every: Option<NonZeroU32>,
+    /// Also write each left image with the tracker's features into this directory.
+    pub draw_features: Option<PathBuf>,
 }
 
 /// Why a replay ended without results.
@@ -132,6 +135,7 @@ impl ReplayOptions {
         Running {
             depth_directory: self.save_depth.then(|| self.out.join("depth")),
             views: self.views_every.map(|every| (self.out.join("views"), every)),
+            feature_directory: self.draw_features.clone(),
         }
     }
 }

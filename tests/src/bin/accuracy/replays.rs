@@ -68,6 +68,7 @@ pub fn replay(recording: &Path, directory: &Path, config: &Config) -> Result<rep
         pace: Pace::Max,
         save_depth: true,
         views_every: Some(VIEWS_EVERY),
+        draw_features: None,
     };
     let mut progress = Progress::new("replay");
     let report = replay::replay(&options, config, &mut |done, total| progress.set(done, total))?;
