@@ -224,7 +224,7 @@ impl Sink for Collector {
         let drawn = self.write_features(pair);
         let mut collected = unpoisoned(self.collected.lock());
         if let Err(error) = drawn {
-            collected.error.get_or_insert(error.into());
+            collected.error.get_or_insert_with(|| Arc::new(WorkerError::Sink(error)));
         }
         collected.tracking.push(TrackingRow::new(pair));
         collected.time("rectify", "cpu", pair.rectify_ms);

@@ -38,9 +38,9 @@ pub fn distribute(mut corners: Vec<Corner>, (width, height): (u32, u32), wanted:
     while open.len() + closed.len() < wanted {
         let Some(node) = open.pop() else { break };
         if node.can_split() {
-            open.extend(split(&mut corners, &node, &mut scratch))
+            open.extend(split(&mut corners, &node, &mut scratch));
         } else {
-            closed.push(node)
+            closed.push(node);
         }
     }
     closed.extend(open.into_vec());

@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn moments_are_those_of_the_disc_pixel_by_pixel() {
-        let image = Raster::from_fn(33, 32, |x, y| (x * 37 ^ y * 91) as u8);
+        let image = Raster::from_fn(33, 32, |x, y| ((x * 37) ^ (y * 91)) as u8);
         let (mut m10, mut m01) = (0_i64, 0_i64);
         for (dx, dy) in (-15..=15_i64).flat_map(|dy| (-15..=15_i64).map(move |dx| (dx, dy))) {
             if dx * dx + dy * dy <= 15 * 15 + 15 {

@@ -79,7 +79,15 @@ impl World {
         let image: Gray = Raster::filled(rig.left.width_px, rig.left.height_px, 0);
         let grid = FeatureGrid::new(&features.keypoints, image.size());
         let right_count = features.len();
-        Seen { frame: Arc::new(FrameFeatures { features, stereo, grid, right_count }), points: seen }
+        Seen {
+            frame: Arc::new(FrameFeatures {
+                features: features.into(),
+                stereo,
+                grid: grid.into(),
+                right_count,
+            }),
+            points: seen,
+        }
     }
 }
 
