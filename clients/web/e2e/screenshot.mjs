@@ -36,11 +36,24 @@ const BACKGROUND_COLORS = 12;
 /** Leaves the 3-D view alone on the page: buttons, banners and legends lie over it. */
 const NOTHING_OVER_THE_VIEW = '.stage > :not(canvas) { visibility: hidden !important; }';
 
+/** Frames after which what the page has just taken in is in its 3-D view. */
+const FRAMES_BEHIND = 3;
+const FRAMES_TIMEOUT_MS = 10_000;
+
+/** @param {import('playwright-core').Page} page */
+async function drawn(page) {
+  const count = () => page.evaluate('misSlam.framesDrawn').then(Number);
+  const wanted = (await count()) + FRAMES_BEHIND;
+  const endMs = Date.now() + FRAMES_TIMEOUT_MS;
+  while ((await count()) < wanted && Date.now() < endMs) await page.waitForTimeout(20);
+}
+
 /**
  * The 3-D view as it is seen with nothing over it.
  * @param {import('playwright-core').Page} page
  */
-export function viewPicture(page) {
+export async function viewPicture(page) {
+  await drawn(page);
   return page.locator('.stage canvas').screenshot({ style: NOTHING_OVER_THE_VIEW });
 }
 

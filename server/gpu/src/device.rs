@@ -21,6 +21,9 @@ pub struct Capabilities {
     pub immediates: bool,
 }
 
+/// Storage buffers that a kernel may bind. Drivers of graphics cards offer 64 and more, Mesa's software one 32, Metal 31.
+pub const STORAGE_BUFFERS: u32 = 20;
+
 /// An open device with its queue. Share it in an `Arc`.
 #[derive(Debug)]
 pub struct Gpu {
@@ -39,10 +42,12 @@ impl Gpu {
     /// Opens the selected adapter with all limits that it offers.
     ///
     /// # Errors
-    /// [`GpuError::NoVulkan`] with the install command, [`GpuError::AdapterNotFound`], [`GpuError::NoDevice`].
+    /// [`GpuError::NoVulkan`] with the install command, [`GpuError::AdapterNotFound`],
+    /// [`GpuError::TooFewBuffers`], [`GpuError::NoDevice`].
     pub fn open(selection: &AdapterSelection) -> Result<Self, GpuError> {
         let adapter = adapter::choose(selection)?;
         let description = AdapterDescription::of(&adapter);
+        require_buffers(&description.name, &adapter.limits())?;
         let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::SUBGROUP | wgpu::Features::IMMEDIATES;
         let features = adapter.features() & wanted;
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
@@ -308,5 +313,27 @@ impl Gpu {
             let mut slot = uncaptured.lock().unwrap_or_else(PoisonError::into_inner);
             slot.get_or_insert(error);
         }));
+    }
+}
+
+fn require_buffers(adapter: &str, limits: &wgpu::Limits) -> Result<(), GpuError> {
+    let offered = limits.max_storage_buffers_per_shader_stage;
+    if offered >= STORAGE_BUFFERS {
+        return Ok(());
+    }
+    Err(GpuError::TooFewBuffers { adapter: adapter.to_owned(), offered, needed: STORAGE_BUFFERS })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adapter_with_too_few_buffers_for_the_kernels_is_refused_with_its_figure() {
+        let limits = wgpu::Limits { max_storage_buffers_per_shader_stage: 10, ..wgpu::Limits::default() };
+        let refused = require_buffers("SwiftShader", &limits).unwrap_err().to_string();
+        assert_eq!(refused, "adapter \"SwiftShader\" offers 10 storage buffers per kernel; 20 are needed");
+        let enough = wgpu::Limits { max_storage_buffers_per_shader_stage: STORAGE_BUFFERS, ..limits };
+        assert_eq!(require_buffers("SwiftShader", &enough), Ok(()));
     }
 }

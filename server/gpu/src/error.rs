@@ -25,6 +25,16 @@ pub enum GpuError {
         /// The driver's words.
         reason: String,
     },
+    /// A driver that falls short of what the kernels need.
+    #[error("adapter \"{adapter}\" offers {offered} storage buffers per kernel; {needed} are needed")]
+    TooFewBuffers {
+        /// Adapter name.
+        adapter: String,
+        /// The adapter's limit.
+        offered: u32,
+        /// [`crate::STORAGE_BUFFERS`].
+        needed: u32,
+    },
     /// The device is gone; it must be opened again.
     #[error("the GPU device is lost: {reason}")]
     DeviceLost {

@@ -17,7 +17,7 @@ mod timing;
 
 pub use adapter::{AdapterDescription, AdapterSelection, list_adapters};
 pub use buffer::{BufferKind, GpuBuffer};
-pub use device::{Capabilities, Gpu};
+pub use device::{Capabilities, Gpu, STORAGE_BUFFERS};
 pub use error::GpuError;
 pub use frame::{Flushed, FrameRecorder, Stage, Submitted};
 pub use kernel::{

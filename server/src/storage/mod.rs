@@ -114,7 +114,7 @@ impl Storage {
     /// # Errors
     /// [`StorageError`].
     pub fn begin(&self, info: RunInfo) -> Result<Run, StorageError> {
-        Run::begin(&self.open_runs(), info)
+        Run::begin(&self.open_runs(), &self.finished_runs(), info)
     }
 
     /// The runs that a crash left, oldest first; those without pairs in their journal are removed.

@@ -24,15 +24,22 @@ pub struct Run {
 }
 
 impl Run {
-    pub(super) fn begin(parent: &Path, info: RunInfo) -> Result<Self, StorageError> {
+    /// A directory in `parent` whose name none in `finished` has, where it goes in the end.
+    pub(super) fn begin(parent: &Path, finished: &Path, info: RunInfo) -> Result<Self, StorageError> {
         let session: SessionId = info
             .session
             .parse()
             .map_err(|error| StorageError::at(parent)(std::io::Error::other(format!("{error}"))))?;
         let mut number = 0;
         let directory = loop {
-            let directory = parent.join(run_name(&session, number));
-            match std::fs::create_dir(&directory) {
+            let name = run_name(&session, number);
+            let directory = parent.join(&name);
+            let made = if finished.join(&name).exists() {
+                Err(std::io::ErrorKind::AlreadyExists.into())
+            } else {
+                std::fs::create_dir(&directory)
+            };
+            match made {
                 Ok(()) => break directory,
                 Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && number < NAMES_MAX => {
                     number += 1;

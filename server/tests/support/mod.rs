@@ -28,6 +28,9 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 /// Nothing here takes so long unless it never ends.
 const DEADLINE: Duration = Duration::from_secs(60);
 
+/// Larger bodies are announced, as curl does.
+const EXPECTED_MAX: usize = 1 << 20;
+
 pub const SIZE_PX: (u32, u32) = (64, 48);
 
 pub struct TestServer {
@@ -130,6 +133,9 @@ impl TestServer {
             let agent: ureq::Agent = ureq::Agent::config_builder().http_status_as_error(false).build().into();
             let request = ureq::http::Request::builder().method(method).uri(url);
             let request = request.header("content-type", "application/json");
+            // A body that is refused by its length is then not sent at all.
+            let request =
+                if body.len() > EXPECTED_MAX { request.header("expect", "100-continue") } else { request };
             let request = match authorization {
                 Some(authorization) => request.header("authorization", authorization),
                 None => request,
