@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use crate::{DenseError, NodeConfig, WarpConfig};
 
-/// The largest number of slots that a claim key can hold.
-const SLOT_LIMIT: u32 = 1 << 24;
+/// What one dispatch reaches: 65,535 workgroups of 64. A claim key holds four times as many slots.
+const SURFEL_LIMIT_MAX: u32 = 65_535 * 64;
 
 /// Options of the surfel model; every value lives in `config/server.toml`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -142,8 +142,8 @@ impl DenseConfig {
         let scale = self.index_map_scale;
         require([1, 2, 4].contains(&scale), "dense.index_map_scale", f64::from(scale), "1, 2 or 4")?;
         let limit = self.surfel_limit;
-        let in_range = limit >= self.surfel_capacity && limit <= SLOT_LIMIT;
-        let requirement = "at least dense.surfel_capacity and at most 16777216";
+        let in_range = limit >= self.surfel_capacity && limit <= SURFEL_LIMIT_MAX;
+        let requirement = "at least dense.surfel_capacity and at most 4194240";
         require(in_range, "dense.surfel_limit", f64::from(limit), requirement)
     }
 }
@@ -185,5 +185,6 @@ mod tests {
         assert!(refused(|c| c.surfel_spacing_mm = f64::NAN).starts_with("dense.surfel_spacing_mm = NaN"));
         assert!(refused(|c| c.fusion.gate_mm = 0.0).starts_with("dense.fusion.gate_mm = 0"));
         assert!(refused(|c| c.surfel_limit = 1).starts_with("dense.surfel_limit = 1"));
+        assert!(refused(|c| c.surfel_limit = SURFEL_LIMIT_MAX + 1).ends_with("at most 4194240"));
     }
 }
