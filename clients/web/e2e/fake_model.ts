@@ -12,6 +12,8 @@ import { packIds, packNumbers, packRecords } from './fake_pack';
 import { SyntheticSurface } from './synthetic_surface';
 
 const CHUNK_SURFELS = 2500;
+/** What every epoch says of how far it leaves its viewers from the model. */
+export const CLAIMED_ERROR_M = 1.5e-4;
 /** In each epoch one of so many surfels is sent anew; the others follow the nodes. */
 const UPDATED_OF = 64;
 /** Surfels that come and go at the edge of the patch. */
@@ -61,6 +63,7 @@ export class FakeModel {
       updated: this.block(updated),
       digest: (this.digest() ^ wrong) >>> 0,
       surfels: this.size,
+      maxErrorM: CLAIMED_ERROR_M,
     });
   }
 

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { create } from '@bufbuild/protobuf';
-import { FakeModel } from '../e2e/fake_model';
+import { CLAIMED_ERROR_M, FakeModel } from '../e2e/fake_model';
 import { packIds } from '../e2e/fake_pack';
 import { ModelEpochSchema, type SnapshotChunk } from '../src/generated/mis_slam/v1/model_pb';
 import { Replica } from '../src/model/replica';
@@ -27,6 +27,7 @@ test('a snapshot seeds the replica chunk by chunk', () => {
 test('after many epochs the replica is what a late joiner gets', () => {
   const { server, store, replica, seed } = serverAndReplica();
   seed();
+  assert.equal(replica.errorM, undefined);
   for (let i = 1; i <= 20; i++) assert.equal(replica.applyEpoch(server.advance(i / 30)), 'current');
   const late = new SurfelStore();
   const lateReplica = new Replica(late);
@@ -35,6 +36,7 @@ test('after many epochs the replica is what a late joiner gets', () => {
   assert.equal(replica.digest, lateReplica.digest);
   assert.equal(store.size, server.size);
   assert.equal(replica.epoch, lateReplica.epoch);
+  assert.equal(replica.errorM, CLAIMED_ERROR_M);
 });
 
 test('a replica that missed an epoch waits for a snapshot and keeps its model until then', () => {

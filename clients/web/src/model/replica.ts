@@ -43,6 +43,7 @@ export class Replica {
   private heldEpoch = 0;
   private nodes = NO_NODES;
   private reachM = 0;
+  private maxErrorM: number | undefined;
 
   constructor(private readonly store: SurfelStore) {}
 
@@ -54,6 +55,11 @@ export class Replica {
   /** Whether the store is equal to the server's model at `epoch`. */
   get following(): boolean {
     return this.phase.kind === 'following';
+  }
+
+  /** How far the model is from the server's own, at most; unknown until an epoch tells. */
+  get errorM(): number | undefined {
+    return this.maxErrorM;
   }
 
   /** The next thing taken in is a snapshot: after a new connection or an error. */
@@ -112,6 +118,7 @@ export class Replica {
       if (transforms.length > 0) this.store.deform(new Warp(this.nodes, this.reachM, transforms));
       this.nodes = nodes;
       this.reachM = epoch.nodeReachM;
+      this.maxErrorM = epoch.maxErrorM;
       for (const id of removed) this.store.remove(id);
       this.putAll(epoch.epoch, updated);
       this.putAll(epoch.epoch, added);

@@ -26,8 +26,8 @@ import { Toolbar } from './toolbar';
 import { Tools } from './tools';
 
 const REFRESH_MS = 200;
-/** The server corrects a surfel that is farther off than this (design: section 8). */
-const MODEL_ERROR_M = 2e-4;
+/** The server sends a surfel anew that is farther off than this: taken for the model's error until an epoch tells. */
+const MODEL_ERROR_MAX_M = 2e-4;
 const VIEW_HELP =
   '3-D model. Drag or arrow keys turn it, wheel or plus and minus zoom, right drag or Shift and arrows move it.';
 
@@ -199,7 +199,8 @@ export class SessionPage implements Page {
 
   private showMarks(): void {
     if (this.tools === undefined) return;
-    const readings = this.tools.readings({ epoch: this.feed.replica.epoch, errorM: MODEL_ERROR_M });
+    const { epoch, errorM = MODEL_ERROR_MAX_M } = this.feed.replica;
+    const readings = this.tools.readings({ epoch, errorM });
     this.measurements.show(readings);
     this.stage?.showMarks([...this.tools.marks(readings), ...this.notes.marks()]);
   }
