@@ -21,8 +21,8 @@ fn liver(folder: &TempDir, config: &Config) -> RecordingReader {
     let scene = simulator::SceneConfig {
         frames: 16,
         fps: 10.0,
-        width_px: 160,
-        height_px: 120,
+        width_px: 320,
+        height_px: 240,
         points: 10,
         ..mis_slam::simulated::rigid(&config.simulate)
     };
@@ -51,7 +51,8 @@ async fn poses_go_on_and_the_model_is_rebuilt_from_the_journal() {
         v1::RectifiedRig { left: Some(left), baseline_m: rig.baseline_m, right_cx_px: rig.right_cx_px };
     let calibration = v1::Calibration { rectified: Some(wire), raw: None };
     let body = json!({"session": "a", "calibration": calibration});
-    assert_eq!(server.request("POST", "/api/sessions", Some(body)).await.0, 201);
+    let (status, opened) = server.request("POST", "/api/sessions", Some(body)).await;
+    assert_eq!(status, 201, "{opened}");
     let mut cart = server.join("/api/sessions/a/ingest").await;
     let size_px = (rig.left.width_px, rig.left.height_px);
     let mut pairs = reader.stereo().unwrap().map(Result::unwrap).zip(0..);

@@ -106,7 +106,7 @@ fn two_replays_at_once_do_not_mix_and_share_the_gpu() {
     std::fs::create_dir_all(&recordings).expect("a directory");
     let alone = |name: &str, recording: &Path| {
         std::fs::copy(recording, recordings.join(name)).expect("a copy");
-        let out = scratch.path().join(name);
+        let out = scratch.path().join(name).with_extension("out");
         let mut command = process::program("mis-slam");
         command.arg("replay").arg(recording).arg("--out").arg(&out);
         process::run(command);
