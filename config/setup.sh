@@ -98,13 +98,15 @@ install_python_packages() {
 
 page_sources_stamp() { find clients/web protocol/proto -type f -not -path '*/node_modules/*' -not -path '*/dist/*' -print0 | sort -z | xargs -0 sha256sum | sha256sum | cut -d' ' -f1; }
 has_page() { [ -f clients/web/dist/index.html ] && [ "$(cat clients/web/dist/.sources 2>/dev/null)" = "$(page_sources_stamp)" ]; }
+# Whether the packages installed are those of the lock file as it is now, one of which is named.
+has_web_packages() { [ -d "clients/web/node_modules/$1" ] && [ clients/web/node_modules -nt clients/web/package-lock.json ]; }
 web_packages() { (cd clients/web && npm ci --no-audit --no-fund --loglevel=error "$@" >/dev/null); }
 build_page() {
-    [ -d clients/web/node_modules/esbuild ] || web_packages --omit=dev
+    has_web_packages esbuild || web_packages --omit=dev
     (cd clients/web && npm run --silent build)
     page_sources_stamp >clients/web/dist/.sources
 }
-has_page_tools() { [ -d clients/web/node_modules/typescript ] && [ clients/web/node_modules -nt clients/web/package-lock.json ]; }
+has_page_tools() { has_web_packages typescript; }
 
 require "Rust toolchain" has_rust no_rust
 require "C compiler" has_compiler install_compiler
