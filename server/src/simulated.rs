@@ -1,5 +1,6 @@
 //! Simulated scenes as recordings.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use geometry::trajectory::StampedPose;
@@ -46,6 +47,7 @@ pub fn record(
     let simulation = Simulation::new(scene)?;
     let mut writer = RecordingWriter::create(path, config)?;
     let first_ns = simulation.stamp_ns(0);
+    writer.write_metadata("simulation", notes(scene))?;
     writer.write_calibration(first_ns, &Calibration::Rectified(*simulation.rig()))?;
     for number in 0..simulation.frames() {
         let frame = simulation.frame(number)?;
@@ -58,6 +60,17 @@ pub fn record(
     let mesh = simulation.truth_mesh().to_npz()?;
     writer.attach(first_ns, "truth_mesh.npz", "application/octet-stream", &mesh)?;
     Ok(writer.finish()?)
+}
+
+/// What a reader of the recording may want to know of the scene.
+fn notes(scene: &SceneConfig) -> BTreeMap<String, String> {
+    let notes = [
+        ("scene", scene.scene.to_string()),
+        ("seed", scene.seed.to_string()),
+        ("deformation_mm", scene.deformation_mm.to_string()),
+        ("respiration_mm", scene.respiration_mm.to_string()),
+    ];
+    notes.map(|(key, value)| (key.to_owned(), value)).into()
 }
 
 fn write_frame(

@@ -15,6 +15,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("simulator", &["geometry"]),
     ("dense", &["geometry", "gpu"]),
     ("evaluation", &["geometry", "recording"]),
+    ("reporting", &["evaluation", "geometry", "recording"]),
     ("mis-slam-cart", &["geometry", "protocol", "recording", "settings"]),
     ("replica", &["protocol"]),
     (
@@ -28,6 +29,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "protocol",
             "recording",
             "replica",
+            "reporting",
             "settings",
             "simulator",
             "tracking",

@@ -24,7 +24,9 @@ pub use depth::{DepthDetail, DepthFrames, DepthScores};
 pub use error::EvaluationError;
 pub use points::{MovedPoints, NonrigidPoints, PointScores, WorldPoints};
 pub use statistics::Statistics;
-pub use surface::{ModelPoints, SurfaceError, SurfaceScores};
+pub use surface::{
+    ComparedPoint, ComparedSurfaces, ModelPoints, SurfaceError, SurfaceScores, compared_surfaces,
+};
 pub use trajectory::{PoseCounts, TrajectoryScores};
 use truth::Truth;
 

@@ -1,5 +1,6 @@
 //! Scores of the model's surface.
 
+mod compared;
 mod reference;
 
 use std::path::Path;
@@ -8,13 +9,14 @@ use geometry::Pose;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::Point3;
 use rayon::prelude::*;
-use recording::export::read_ply;
+use recording::export::{PlySurfel, read_ply};
 use serde::Serialize;
 
 use crate::numpy_random::NumpyRandom;
 use crate::statistics::{MM_PER_M, Statistics};
 use crate::truth::Truth;
 use crate::{EvaluationError, Notes};
+pub use compared::{ComparedPoint, ComparedSurfaces, compared_surfaces};
 use reference::Reference;
 
 /// Points drawn from the true surface for completeness.
@@ -69,9 +71,7 @@ pub(crate) fn score(
     let mut scores = SurfaceScores::default();
     let Some(file) = notes.existing(results, "model.ply") else { return Ok(scores) };
     let surfels = read_ply(&file)?;
-    let finite = surfels.iter().filter(|surfel| surfel.position.iter().all(|value| value.is_finite()));
-    let points: Vec<Point3<f64>> =
-        finite.map(|surfel| Point3::from(surfel.position.map(f64::from))).collect();
+    let points = finite_points(&surfels);
     scores.model_points = Some(ModelPoints { read: surfels.len(), not_finite: surfels.len() - points.len() });
     let Some(reference) = Reference::of(truth)? else {
         notes.missing.push("truth: mesh, and depth of the last frame".into());
@@ -91,6 +91,11 @@ pub(crate) fn score(
         (scores.surface_error_camera_mm, scores.completeness_camera) = (error, completeness);
     }
     Ok(scores)
+}
+
+fn finite_points(surfels: &[PlySurfel]) -> Vec<Point3<f64>> {
+    let finite = surfels.iter().filter(|surfel| surfel.position.iter().all(|value| value.is_finite()));
+    finite.map(|surfel| Point3::from(surfel.position.map(f64::from))).collect()
 }
 
 /// The points of model and truth that are compared.

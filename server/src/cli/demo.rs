@@ -69,7 +69,13 @@ impl Demo {
         let collector =
             Arc::into_inner(collector).ok_or_else(|| Failure::failed("the session did not end in time"))?;
         let statistics = PairingStatistics { pairs: published.sent, ..PairingStatistics::default() };
-        let run = Run { gpu: &gpu, statistics: &statistics, truncated: false, wall: started.elapsed() };
+        let run = Run {
+            gpu: &gpu,
+            recording: None,
+            statistics: &statistics,
+            truncated: false,
+            wall: started.elapsed(),
+        };
         let collected = collector.into_collected();
         if let Some(error) = collected.error {
             return Err(Failure::failed(error));

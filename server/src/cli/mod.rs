@@ -16,6 +16,7 @@ mod eval;
 mod import;
 pub mod progress;
 mod replay;
+mod report;
 mod serve;
 mod simulate;
 mod token;
@@ -39,6 +40,7 @@ const EXAMPLES: &str = "Examples:
   mis-slam import hamlyn DIR -o rec.mcap             a data set becomes a recording
   mis-slam replay rec.mcap --out run                 a recording becomes a trajectory and a model
   mis-slam eval run --truth rec.mcap                 scores them against the recording's truth
+  mis-slam report run                                a page with pictures, plots and figures of a run
   mis-slam serve                                     the server that scope carts and viewers connect to";
 
 #[derive(Debug, Subcommand)]
@@ -46,6 +48,7 @@ enum Verb {
     Serve(serve::Serve),
     Demo(demo::Demo),
     Replay(replay::Replay),
+    Report(report::Report),
     Import(import::Import),
     Simulate(simulate::Simulate),
     Disparity(disparity::Disparity),
@@ -93,6 +96,7 @@ pub fn run() -> ExitCode {
             Verb::Serve(verb) => verb.run(&config),
             Verb::Demo(verb) => verb.run(&config),
             Verb::Replay(verb) => verb.run(&config),
+            Verb::Report(verb) => verb.run(&config),
             Verb::Import(verb) => verb.run(&config),
             Verb::Simulate(verb) => verb.run(&config),
             Verb::Disparity(verb) => verb.run(&config),

@@ -16,7 +16,7 @@ pub struct Replay {
     /// The recording.
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
-    /// The directory for trajectory.tum, model.ply, model.png, points.csv, depth/ and report.json.
+    /// The directory for trajectory.tum, model.ply, model.png, points.csv, depth/ and report.json; `report` makes a page of it.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// As fast as possible and lossless, or by the recording's clock as live.

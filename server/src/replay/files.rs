@@ -21,6 +21,8 @@ use crate::session::engine::EngineResults;
 /// What the report says about the run as a whole.
 pub struct Run<'a> {
     pub gpu: &'a Gpu,
+    /// The recording, where one was replayed.
+    pub recording: Option<&'a Path>,
     pub statistics: &'a PairingStatistics,
     pub truncated: bool,
     pub wall: Duration,
@@ -47,6 +49,9 @@ pub fn write(out: &Path, collected: &Collected, run: &Run) -> Result<Report, Rep
     }
     write_rows(&out.join("frames.csv"), &collected.frames.values())?;
     write_rows(&out.join("tracking.csv"), &collected.tracking.values())?;
+    if let Some(stream) = &collected.stream {
+        write_rows(&out.join("stream.csv"), stream.rows())?;
+    }
     let results = results(collected, run);
     write_results(out, &results)?;
     Ok(results.report)
@@ -81,6 +86,7 @@ fn report(collected: &Collected, run: &Run) -> Report {
     let duration_s = collected.stamps_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
     Report {
         adapter: format!("{}, {}", run.gpu.description().name, run.gpu.description().driver),
+        recording: run.recording.map(|path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf())),
         frames: frame_counts(collected, run.statistics),
         reasons: reasons(collected, run.statistics),
         stages: collected.stages.iter().map(|(&name, stage)| (name.into(), stage_summary(stage))).collect(),

@@ -190,6 +190,7 @@ pub fn replay(
     }
     let run = files::Run {
         gpu: &gpu,
+        recording: Some(&options.recording),
         statistics: &statistics,
         truncated: reader.truncated(),
         wall: started.elapsed(),

@@ -1,6 +1,7 @@
 //! `report.json`: what a replay did, how long it took, how well it fits (design section 10).
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use serde::Serialize;
 
@@ -9,6 +10,8 @@ use serde::Serialize;
 pub struct Report {
     /// The GPU (or software) adapter and its driver.
     pub adapter: String,
+    /// The recording, where one was replayed.
+    pub recording: Option<PathBuf>,
     /// What became of the pairs.
     pub frames: FrameCounts,
     /// Why pairs were dropped or not fused, by reason.

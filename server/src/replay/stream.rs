@@ -5,6 +5,8 @@ use protocol::decode_from_server;
 use protocol::v1::from_server::Body;
 use replica::Replica;
 
+use serde::Serialize;
+
 use super::report::StreamSummary;
 use crate::convert;
 use crate::publish::model_lane::{LagLimits, ModelLane};
@@ -16,13 +18,26 @@ pub struct StreamMeter {
     weight_max: f32,
     viewer: Replica,
     summary: StreamSummary,
+    rows: Vec<StreamRow>,
+}
+
+/// One epoch, as in `stream.csv`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct StreamRow {
+    /// Number of the epoch.
+    pub epoch: u64,
+    /// Stamp of the model that it leads to, nanoseconds.
+    pub stamp_ns: u64,
+    /// Encoded.
+    pub bytes: u64,
 }
 
 impl StreamMeter {
     /// Nothing published yet.
     pub fn new(limits: LagLimits, weight_max: f32) -> Self {
         let viewer = Replica::from_the_start();
-        Self { lane: ModelLane::new(limits), weight_max, viewer, summary: StreamSummary::default() }
+        let (lane, summary) = (ModelLane::new(limits), StreamSummary::default());
+        Self { lane, weight_max, viewer, summary, rows: Vec::new() }
     }
 
     /// One epoch.
@@ -31,8 +46,10 @@ impl StreamMeter {
     /// What the lane or the viewer refuses.
     pub fn publish(&mut self, stamp_ns: u64, changes: &ChangeSet) -> Result<(), SinkError> {
         let published = self.lane.publish(&convert::model_update(stamp_ns, changes, self.weight_max))?;
-        self.summary.bytes += published.message.len() as u64;
+        let bytes = published.message.len() as u64;
+        self.summary.bytes += bytes;
         self.summary.epochs += 1;
+        self.rows.push(StreamRow { epoch: self.summary.epochs, stamp_ns, bytes });
         if let Some(Body::Epoch(epoch)) = decode_from_server(published.message)?.body {
             self.viewer.take_epoch(&epoch)?;
         }
@@ -48,6 +65,11 @@ impl StreamMeter {
                 self.summary.max_error_mm = self.summary.max_error_mm.max(error_mm);
             }
         }
+    }
+
+    /// Every epoch so far.
+    pub fn rows(&self) -> &[StreamRow] {
+        &self.rows
     }
 
     /// The sums, over `duration_s` of the recording's own time.

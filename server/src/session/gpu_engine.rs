@@ -98,6 +98,7 @@ impl RunningEngine for Running {
         let state = self.hub.snapshot_state();
         let statistics = PairingStatistics { pairs: state.pairs_received, ..PairingStatistics::default() };
         let run = Run {
+            recording: None,
             gpu: &self.gpu.current(),
             statistics: &statistics,
             truncated: false,
