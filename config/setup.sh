@@ -71,6 +71,9 @@ has_vulkan_driver() {
 }
 install_vulkan_driver() { apt_install mesa-vulkan-drivers; }
 
+has_ffmpeg() { have ffmpeg && have ffprobe; }
+install_ffmpeg() { apt_install ffmpeg; }
+
 has_node() { have node && have npm && [ "$(node -p 'process.versions.node.split(".")[0]')" -ge 18 ]; }
 install_node() {
     apt_install nodejs npm
@@ -112,6 +115,7 @@ require "Rust toolchain" has_rust no_rust
 require "C compiler" has_compiler install_compiler
 require "Vulkan loader (libvulkan1)" has_vulkan_loader install_vulkan_loader
 require "Vulkan driver (lavapipe where there is no GPU)" has_vulkan_driver install_vulkan_driver
+require "FFmpeg (imports videos)" has_ffmpeg install_ffmpeg
 require "Node 18 or newer, npm" has_node install_node
 require "web page (clients/web/dist)" has_page build_page
 if $with_tests; then

@@ -53,12 +53,8 @@ fn as_recording(
 ) -> Result<(PathBuf, TempDir), CartError> {
     let scratch = tempfile::tempdir().map_err(|source| CartError::Scratch { source })?;
     let recording = scratch.path().join("folder.mcap");
-    let request = ImportRequest {
-        kind: ImportKind::Folder,
-        source: folder,
-        calibration: rig_file,
-        recording: &recording,
-    };
+    let request =
+        ImportRequest { calibration: rig_file, ..ImportRequest::new(ImportKind::Folder, folder, &recording) };
     import(&request, config, &mut |_, _| {})?;
     Ok((recording, scratch))
 }

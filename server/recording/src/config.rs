@@ -16,6 +16,8 @@ pub struct RecordingConfig {
     pub flush_interval_ms: u64,
     /// Frames that are held to put pairs together and in order.
     pub pairing_window_frames: usize,
+    /// Quality of the JPEG images that pictures of a video become, 1 to 100.
+    pub video_jpeg_quality: u8,
     /// Largest record or chunk (MiB) that is read.
     pub record_limit_mib: usize,
     /// Names of the topics.

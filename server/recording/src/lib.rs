@@ -4,6 +4,7 @@
 //! and only once their header is known to fit the calibration.
 
 mod calibration;
+mod calibration_file;
 mod config;
 mod encoded_image;
 mod error;
@@ -20,6 +21,7 @@ mod wire;
 mod writer;
 
 pub use calibration::Calibration;
+pub use calibration_file::{CalibrationHints, read_calibration};
 pub use config::{Compression, RecordingConfig, Topics};
 pub use encoded_image::{
     EncodedImage, ImageFormat, RawPixel, decode_gray, decode_rgb, encode_jpeg, encode_png_gray,

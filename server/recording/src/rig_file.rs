@@ -17,8 +17,8 @@ const M_PER_MM: f64 = 1e-3;
 pub struct RigFile {
     /// The cameras.
     pub calibration: Calibration,
-    /// Images a second, for data sets whose images have no time of their own.
-    pub frame_rate_hz: f64,
+    /// Images a second, for data sets whose images have no time of their own; calibrations of other tools do not tell.
+    pub frame_rate_hz: Option<f64>,
     /// Metres for each unit of the data set's depth files.
     pub depth_unit_m: Option<f64>,
 }
@@ -77,6 +77,15 @@ impl RigFile {
         Self::parse(&text).map_err(|problem| RecordingError::input(path, problem))
     }
 
+    /// The rate at which images of `source` without times of their own were taken.
+    pub(crate) fn rate_hz(&self, source: &Path) -> Result<f64, RecordingError> {
+        self.frame_rate_hz.ok_or_else(|| {
+            let problem =
+                "neither the images nor the calibration tell the frame rate: name it with --frame-rate";
+            RecordingError::input(source, problem)
+        })
+    }
+
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let document: Document = toml::from_str(text).map_err(|error| error.to_string())?;
         let positive = |key: &str, value: f64| {
@@ -91,7 +100,7 @@ impl RigFile {
         };
         Ok(Self {
             calibration,
-            frame_rate_hz: positive("frame_rate_hz", document.frame_rate_hz)?,
+            frame_rate_hz: Some(positive("frame_rate_hz", document.frame_rate_hz)?),
             depth_unit_m: document.depth_unit_mm.map(unit_m).transpose()?,
         })
     }

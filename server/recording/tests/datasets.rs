@@ -21,7 +21,7 @@ struct Imported {
 fn imported(kind: ImportKind, source: &Path) -> Imported {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("recording.mcap");
-    let request = ImportRequest { kind, source, calibration: None, recording: &recording };
+    let request = ImportRequest::new(kind, source, &recording);
     let mut calls = 0;
     let start = Instant::now();
     let summary = import(&request, &config(), &mut |done, total| {

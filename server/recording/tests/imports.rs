@@ -4,72 +4,12 @@
 mod common;
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
-use common::{config, picture, rig};
+use common::data_set::{DataSet, RIG};
+use common::{config, rig};
 use geometry::Raster;
-use recording::import::{ImportKind, ImportRequest, ImportSummary, import};
-use recording::{Calibration, RecordingError, RecordingReader, encode_png_gray, encode_png_rgb};
-
-const RIG: &str = "frame_rate_hz = 10.0\n[rectified]\nwidth_px = 32\nheight_px = 24\nfx_px = 40.0\nfy_px = 41.0\n\
-    cx_px = 15.5\ncy_px = 11.5\nright_cx_px = 14.0\nbaseline_mm = 5.0\n";
-
-/// A data set in a temporary folder.
-struct DataSet {
-    folder: tempfile::TempDir,
-}
-
-impl DataSet {
-    fn new() -> Self {
-        Self { folder: tempfile::tempdir().unwrap() }
-    }
-
-    fn path(&self) -> PathBuf {
-        self.folder.path().join("set")
-    }
-
-    fn file(&self, name: &str, content: &[u8]) -> &Self {
-        let path = self.path().join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, content).unwrap();
-        self
-    }
-
-    fn image(&self, name: &str) -> &Self {
-        self.file(name, &encode_png_rgb(&picture(name.len() as u32)).unwrap().bytes)
-    }
-
-    /// Pairs `left/NAME.png` and `right/NAME.png`.
-    fn pairs(&self, names: &[&str]) -> &Self {
-        for name in names {
-            self.image(&format!("left/{name}.png")).image(&format!("right/{name}.png"));
-        }
-        self
-    }
-
-    fn recording(&self) -> PathBuf {
-        self.folder.path().join("out.mcap")
-    }
-
-    fn import(&self, kind: ImportKind, calibration: Option<&Path>) -> Result<ImportSummary, RecordingError> {
-        let (source, recording) = (self.path(), self.recording());
-        let request = ImportRequest { kind, source: &source, calibration, recording: &recording };
-        import(&request, &config(), &mut |_, _| {})
-    }
-
-    fn refusal(&self, kind: ImportKind) -> String {
-        let told = self.import(kind, None).unwrap_err().to_string();
-        let left: Vec<_> =
-            fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
-        assert_eq!(left, [self.path()], "a refused import leaves nothing");
-        told
-    }
-
-    fn stamps_ms(&self) -> Vec<u64> {
-        let reader = RecordingReader::open(&self.recording(), &config()).unwrap();
-        common::replayed_stamps(&reader).into_iter().map(|stamp_ns| stamp_ns / 1_000_000).collect()
-    }
-}
+use recording::import::ImportKind;
+use recording::{Calibration, RecordingReader, encode_png_gray, encode_png_rgb};
 
 #[test]
 fn a_folder_of_pairs_is_recorded_in_natural_order_at_its_frame_rate() {

@@ -10,6 +10,7 @@ use std::path::Path;
 use common::{HEIGHT, WIDTH, config, jpeg, rig, stamp};
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
+use recording::import::{ImportKind, ImportRequest, import};
 use recording::{
     Calibration, EncodedImage, RecordingConfig, RecordingError, RecordingReader, Topics, decode_gray,
 };
@@ -201,4 +202,64 @@ fn a_calibration_without_a_baseline_names_file_topic_and_field() {
     assert!(matches!(error, RecordingError::Message { .. }));
     let told = error.to_string();
     assert!(["bag.mcap", "/r/info", "P[3]"].iter().all(|part| told.contains(part)), "{told}");
+}
+
+#[test]
+fn a_bag_of_several_files_becomes_a_recording_with_the_usual_topics() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    std::fs::create_dir(&bag).unwrap();
+    std::fs::write(bag.join("metadata.yaml"), "rosbag2_bagfile_information:\n  storage_identifier: mcap\n")
+        .unwrap();
+    for part in 0..2 {
+        let mut file = Bag::create(&bag.join(format!("bag_{part}.mcap")), true);
+        if part == 0 {
+            file.add_calibration(true);
+        }
+        for index in 3 * part..3 * (part + 1) {
+            for topic in ["/l/image", "/r/image"] {
+                file.add(
+                    topic,
+                    "CompressedImage",
+                    stamp(index),
+                    &compressed(stamp(index), &jpeg(index as u32)),
+                );
+            }
+        }
+        file.writer.finish().unwrap();
+    }
+    let (recording, topics) = (folder.path().join("rec.mcap"), ros_config().topics);
+    let request = ImportRequest {
+        bag_topics: Some(&topics),
+        ..ImportRequest::new(ImportKind::Ros2bag, &bag, &recording)
+    };
+    let mut told = Vec::new();
+    let summary = import(&request, &config(), &mut |done, total| told.push((done, total))).unwrap();
+    assert_eq!((summary.pairs, summary.last_stamp_ns, told.last()), (6, stamp(5), Some(&(6, 6))));
+    let reader = RecordingReader::open(&recording, &config()).unwrap();
+    assert!(matches!(reader.calibration().unwrap(), Calibration::Rectified(read) if read.left == rig().left));
+    let stamps: Vec<_> = reader.stereo().unwrap().map(|pair| pair.unwrap().stamp_ns).collect();
+    assert_eq!(stamps, (0..6).map(stamp).collect::<Vec<_>>());
+    assert_eq!(reader.stereo().unwrap().nth(4).unwrap().unwrap().left.bytes, jpeg(4).bytes);
+}
+
+#[test]
+fn a_bag_that_cannot_be_imported_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    std::fs::create_dir(&bag).unwrap();
+    let recording = folder.path().join("rec.mcap");
+    let refusal = || {
+        let request = ImportRequest::new(ImportKind::Ros2bag, &bag, &recording);
+        import(&request, &config(), &mut |_, _| {}).unwrap_err().to_string()
+    };
+    assert!(refusal().contains("no *.mcap file"));
+    std::fs::write(bag.join("bag_0.db3"), b"SQLite format 3").unwrap();
+    assert!(refusal().contains("ros2 bag convert"));
+    let mut file = Bag::create(&bag.join("bag_0.mcap"), true);
+    file.add("/camera/image", "Image", stamp(0), &image(true, stamp(0), "mono8", &[0; 768]));
+    file.writer.finish().unwrap();
+    let told = refusal();
+    assert!(told.contains("/camera/image") && told.contains("recording.topics"), "{told}");
+    assert!(!recording.exists(), "a refused import leaves nothing");
 }

@@ -3,25 +3,33 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use recording::RecordingConfig;
 use recording::import::{self, ImportKind, ImportRequest};
 
 use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::config::Config;
 
-/// Turn a data set into a recording; images are copied as they are.
+/// Turn a data set, a bag or a video into a recording; images are copied as they are.
 #[derive(Debug, Args)]
 pub struct Import {
-    /// folder, hamlyn, bdis, kitti, euroc or d4d.
+    /// folder, hamlyn, bdis, kitti, euroc, d4d, scared, stereomis, servct, endonerf, ros2bag or video.
     kind: ImportKind,
-    /// The data set's folder.
+    /// The data set's folder, or the video or bag.
     path: PathBuf,
     /// The recording to write.
     #[arg(short, long, value_name = "REC.mcap")]
     output: PathBuf,
-    /// A rig file (config/rigs/*.toml) in place of the data set's own calibration.
+    /// A calibration in place of the data set's own: a rig file (config/rigs/*.toml), OpenCV, ROS or Kalibr
+    /// YAML, a StereoMIS INI file, a folder with one of these or with Hamlyn text files (see server/recording/README.md).
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    /// Length of one unit of a calibration that does not tell its unit (OpenCV), millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    calibration_unit_mm: f64,
+    /// Images a second, in place of the data set's own times.
+    #[arg(long, value_name = "HZ")]
+    frame_rate: Option<f64>,
 }
 
 impl Import {
@@ -30,10 +38,16 @@ impl Import {
             kind: self.kind,
             source: &self.path,
             calibration: self.calibration.as_deref(),
+            calibration_unit_m: self.calibration_unit_mm * 1e-3,
+            frame_rate_hz: self.frame_rate,
+            bag_topics: Some(&config.recording.topics),
             recording: &self.output,
         };
+        // What is set of the topics is where a bag has them; a recording has them where all readers look.
+        let topics = Config::load(None, &[])?.recording.topics;
+        let recording = RecordingConfig { topics, ..config.recording.clone() };
         let mut progress = Progress::new("import");
-        let imported = import::import(&request, &config.recording, &mut |done, total| {
+        let imported = import::import(&request, &recording, &mut |done, total| {
             progress.set(done as u64, Some(total as u64));
         });
         progress.finish();

@@ -60,7 +60,7 @@ impl Footage {
         let Some(source) = shared_data(relative) else { return Ok(None) };
         let name = relative.replace('/', "-");
         let made = self.kept(&name, |recording| {
-            let request = ImportRequest { kind, source: &source, calibration: None, recording };
+            let request = ImportRequest::new(kind, &source, recording);
             import(&request, &self.recording, &mut |_, _| {})?;
             Ok(())
         });

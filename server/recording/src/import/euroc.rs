@@ -10,18 +10,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use geometry::trajectory::StampedPose;
-use geometry::{Eye, Pose, Rectification, StereoCalibration};
+use geometry::{Pose, StereoCalibration};
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
 use super::opencv_yaml::{self, SensorFile};
-use super::{Plan, PlannedFrame, files};
+use super::{Given, Images, Plan, PlannedFrame, files};
 use crate::export::read_tum;
-use crate::{Calibration, RecordingError, RigFile};
+use crate::{Calibration, RecordingError};
 
 /// Farthest ground truth from an image's stamp that is taken for its own: half a period of the 200 Hz ground truth.
 const TRUTH_TOLERANCE_NS: u64 = 2_500_000;
 
-pub(super) fn plan(source: &Path, rig: Option<RigFile>) -> Result<Plan, RecordingError> {
+pub(super) fn plan(source: &Path, given: Given) -> Result<Plan, RecordingError> {
     let root = if source.join("mav0").is_dir() { source.join("mav0") } else { source.to_path_buf() };
     let sensor = |camera: &str| {
         let names = [format!("{camera}/sensor.yaml"), format!("{camera}_sensor.yaml")];
@@ -32,15 +32,17 @@ pub(super) fn plan(source: &Path, rig: Option<RigFile>) -> Result<Plan, Recordin
         )?)
     };
     let (left, right) = (sensor("cam0")?, sensor("cam1")?);
-    let calibration = rig.map_or_else(|| raw_calibration(&left, &right), |rig| rig.calibration);
-    let body_from_rectified = left.body_from_camera * left_from_rectified(&calibration)?;
+    let calibration = given.rig.map_or_else(|| raw_calibration(&left, &right), |rig| rig.calibration);
+    let body_from_rectified = left.body_from_camera * files::left_from_rectified(&calibration)?;
     let truth = read_truth(&root)?;
-    let frames = pairs(&root)?.into_iter().map(|(stamp_ns, left, right)| PlannedFrame {
+    let pairs = pairs(&root)?;
+    let frames = pairs.iter().map(|&(stamp_ns, ..)| PlannedFrame {
         world_from_camera: nearest(&truth, stamp_ns)
             .map(|world_from_body| world_from_body * body_from_rectified),
-        ..PlannedFrame::of_images(stamp_ns, left, right)
+        ..PlannedFrame::at(stamp_ns)
     });
-    Ok(Plan { calibration, frames: frames.collect() })
+    let frames = frames.collect();
+    Ok(Plan { calibration, frames, images: Images::of_pairs(pairs) })
 }
 
 fn raw_calibration(left: &SensorFile, right: &SensorFile) -> Calibration {
@@ -48,15 +50,6 @@ fn raw_calibration(left: &SensorFile, right: &SensorFile) -> Calibration {
         left: left.camera,
         right: right.camera,
         right_from_left: right.body_from_camera.inverse() * left.body_from_camera,
-    })
-}
-
-fn left_from_rectified(calibration: &Calibration) -> Result<Pose, RecordingError> {
-    Ok(match calibration {
-        Calibration::Rectified(_) => Pose::identity(),
-        Calibration::Raw(raw) => {
-            Rectification::from_calibration(raw)?.rectified_from_raw(Eye::Left).inverse()
-        }
     })
 }
 

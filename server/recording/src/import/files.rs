@@ -3,10 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::{ImageFormat, RecordingError};
+use geometry::{Eye, Pose, Rectification};
+
+use crate::{Calibration, EncodedImage, ImageFormat, RecordingError, encoded_image::size_px};
 
 /// The files of a folder by the part of their names before the last dot.
 pub(super) type ByStem = BTreeMap<Stem, PathBuf>;
+
+/// Where data sets have their left images.
+const LEFT_FOLDERS: [&str; 6] = ["left", "image_l", "image_0", "images", "Left_rectified", "."];
 
 /// A file name that orders as people count: runs of digits by value, so `2` comes before `10`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -110,6 +115,43 @@ pub(super) fn pairs<K: Ord>(
         Some(path) => Err(alone(path, left_folder, "left")),
         None => Ok(joined),
     }
+}
+
+/// Columns and rows that an image file's header claims.
+pub(super) fn image_size_px(path: &Path) -> Result<(u32, u32), RecordingError> {
+    let format = image_format(path).ok_or_else(|| RecordingError::input(path, "neither JPEG nor PNG"))?;
+    let bytes = std::fs::read(path).map_err(RecordingError::io(path))?;
+    size_px(&EncodedImage { format, bytes }).map_err(|error| RecordingError::input(path, error))
+}
+
+/// Size of the first image that lies where data sets have their left ones; `None` where there is none to be read.
+pub(super) fn any_image_size_px(source: &Path) -> Option<(u32, u32)> {
+    let folders = LEFT_FOLDERS.map(|name| source.join(name));
+    let first = folders.iter().find_map(|folder| images(folder).ok()?.into_values().next())?;
+    image_size_px(&first).ok()
+}
+
+/// The files of a folder with an extension, in the order of their names.
+pub(super) fn with_extension(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, RecordingError> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(RecordingError::io(folder))? {
+        let path = entry.map_err(RecordingError::io(folder))?.path();
+        if path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension)) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Takes points of the rectified left camera to the left camera itself, for truth that is told of the latter.
+pub(super) fn left_from_rectified(calibration: &Calibration) -> Result<Pose, RecordingError> {
+    Ok(match calibration {
+        Calibration::Rectified(_) => Pose::identity(),
+        Calibration::Raw(raw) => {
+            Rectification::from_calibration(raw)?.rectified_from_raw(Eye::Left).inverse()
+        }
+    })
 }
 
 /// The stamp of a frame's number at a rate.

@@ -2,23 +2,20 @@
 
 use std::path::Path;
 
-use super::{Plan, PlannedFrame, files};
+use super::{Given, Images, Plan, PlannedFrame, files};
 use crate::{RecordingError, RigFile};
 
 /// The rig file that the folder may hold itself.
 const RIG_FILE: &str = "rig.toml";
 
-pub(super) fn plan(source: &Path, rig: Option<RigFile>) -> Result<Plan, RecordingError> {
-    let rig = match rig {
-        Some(rig) => rig,
-        None => own_rig(source)?,
-    };
+pub(super) fn plan(source: &Path, given: Given) -> Result<Plan, RecordingError> {
+    let rig = given.rig_or(|| own_rig(source))?;
+    let rate_hz = rig.rate_hz(source)?;
     let (left, right) = (source.join("left"), source.join("right"));
     let pairs = files::pairs(&left, files::images(&left)?, &right, files::images(&right)?)?;
-    let frames = (0..).zip(pairs).map(|(index, (_, left, right))| {
-        PlannedFrame::of_images(files::stamp_ns(index, rig.frame_rate_hz), left, right)
-    });
-    Ok(Plan { calibration: rig.calibration, frames: frames.collect() })
+    let stamps_ns = (0..pairs.len() as u64).map(|index| files::stamp_ns(index, rate_hz));
+    let frames = stamps_ns.map(PlannedFrame::at).collect();
+    Ok(Plan { calibration: rig.calibration, frames, images: Images::of_pairs(pairs) })
 }
 
 fn own_rig(source: &Path) -> Result<RigFile, RecordingError> {

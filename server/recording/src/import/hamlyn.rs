@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::{Plan, PlannedFrame, files};
+use super::{Given, Images, Plan, PlannedFrame, files};
 use crate::{RecordingError, RigFile};
 
 /// The data sets whose rig is known, by the name of their folder.
@@ -14,17 +14,14 @@ const RIGS: [(&str, &str); 2] = [
     ("20", include_str!("../../../../config/rigs/hamlyn-20.toml")),
 ];
 
-pub(super) fn plan(source: &Path, rig: Option<RigFile>) -> Result<Plan, RecordingError> {
-    let rig = match rig {
-        Some(rig) => rig,
-        None => known_rig(source)?,
-    };
+pub(super) fn plan(source: &Path, given: Given) -> Result<Plan, RecordingError> {
+    let rig = given.rig_or(|| known_rig(source))?;
+    let rate_hz = rig.rate_hz(source)?;
     let (left, right) = (source.join("left"), source.join("right"));
     let pairs = files::pairs(&left, files::numbered_images(&left)?, &right, files::numbered_images(&right)?)?;
-    let frames = pairs.into_iter().map(|(number, left, right)| {
-        PlannedFrame::of_images(files::stamp_ns(number, rig.frame_rate_hz), left, right)
-    });
-    Ok(Plan { calibration: rig.calibration, frames: frames.collect() })
+    let frames = pairs.iter().map(|(number, ..)| PlannedFrame::at(files::stamp_ns(*number, rate_hz)));
+    let frames = frames.collect();
+    Ok(Plan { calibration: rig.calibration, frames, images: Images::of_pairs(pairs) })
 }
 
 fn known_rig(source: &Path) -> Result<RigFile, RecordingError> {

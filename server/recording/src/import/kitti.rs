@@ -8,10 +8,9 @@ use std::path::{Path, PathBuf};
 
 use geometry::{Pinhole, Pose, StereoRig};
 
-use super::{Plan, PlannedFrame, files};
-use crate::encoded_image::size_px;
+use super::{Given, Images, Plan, PlannedFrame, files};
 use crate::rotation::pose_from_rows;
-use crate::{Calibration, EncodedImage, RecordingError, RigFile};
+use crate::{Calibration, RecordingError};
 
 /// Rate of the recording cameras where there is no `times.txt`.
 const FRAME_RATE_HZ: f64 = 10.0;
@@ -19,27 +18,29 @@ const FOLDERS: [(&str, &str); 2] = [("image_l", "image_r"), ("image_0", "image_1
 /// Digits of an exponent, after its sign.
 const EXPONENT_DIGITS: usize = 2;
 
-pub(super) fn plan(source: &Path, rig: Option<RigFile>) -> Result<Plan, RecordingError> {
+pub(super) fn plan(source: &Path, given: Given) -> Result<Plan, RecordingError> {
     let folders = FOLDERS.into_iter().find(|(left, _)| source.join(left).is_dir());
     let (left, right) =
         folders.ok_or_else(|| RecordingError::input(source, "no image_l or image_0 folder"))?;
     let (left, right) = (source.join(left), source.join(right));
     let pairs = files::pairs(&left, files::numbered_images(&left)?, &right, files::numbered_images(&right)?)?;
-    let calibration = match (rig, pairs.first()) {
+    let calibration = match (given.rig, pairs.first()) {
         (Some(rig), _) => rig.calibration,
         (None, Some((_, first, _))) => Calibration::Rectified(read_rig(&source.join("calib.txt"), first)?),
         (None, None) => return Err(RecordingError::input(&left, "no images")),
     };
     let (poses, times) = (Table::<12>::read(source, "poses.txt")?, Table::<1>::read(source, "times.txt")?);
-    let frames = pairs.into_iter().map(|(number, left, right)| {
-        let stamp_ns = match &times {
-            Some(times) => times.stamp_ns(number)?,
-            None => files::stamp_ns(number, FRAME_RATE_HZ),
+    let frames = pairs.iter().map(|&(number, ..)| {
+        let stamp_ns = match (given.frame_rate_hz, &times) {
+            (Some(rate_hz), _) => files::stamp_ns(number, rate_hz),
+            (None, Some(times)) => times.stamp_ns(number)?,
+            (None, None) => files::stamp_ns(number, FRAME_RATE_HZ),
         };
         let world_from_camera = poses.as_ref().map(|poses| poses.pose(number)).transpose()?;
-        Ok(PlannedFrame { world_from_camera, ..PlannedFrame::of_images(stamp_ns, left, right) })
+        Ok(PlannedFrame { world_from_camera, ..PlannedFrame::at(stamp_ns) })
     });
-    Ok(Plan { calibration, frames: frames.collect::<Result<_, RecordingError>>()? })
+    let frames = frames.collect::<Result<_, RecordingError>>()?;
+    Ok(Plan { calibration, frames, images: Images::of_pairs(pairs) })
 }
 
 fn read_rig(path: &Path, first_image: &Path) -> Result<StereoRig, RecordingError> {
@@ -49,11 +50,7 @@ fn read_rig(path: &Path, first_image: &Path) -> Result<StereoRig, RecordingError
         let problem = format!("{} numbers, not 12 for each of two cameras or more", numbers.len());
         return Err(RecordingError::input(path, problem));
     };
-    let format = files::image_format(first_image)
-        .ok_or_else(|| RecordingError::input(first_image, "neither JPEG nor PNG"))?;
-    let bytes = std::fs::read(first_image).map_err(RecordingError::io(first_image))?;
-    let size = size_px(&EncodedImage { format, bytes });
-    let (width_px, height_px) = size.map_err(|error| RecordingError::input(first_image, error))?;
+    let (width_px, height_px) = files::image_size_px(first_image)?;
     Ok(StereoRig {
         left: Pinhole { width_px, height_px, fx_px: left[0], fy_px: left[5], cx_px: left[2], cy_px: left[6] },
         baseline_m: left[3] / left[0] - right[3] / right[0],

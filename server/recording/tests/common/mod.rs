@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 #![allow(clippy::unwrap_used, reason = "a test ends at what it does not expect")]
 
+pub mod data_set;
+
 use std::path::{Path, PathBuf};
 
 use geometry::trajectory::StampedPose;

@@ -70,7 +70,7 @@ fn import(kind: ImportKind, source: &Path, recording: &Path) -> Result<(), Accur
         return Ok(());
     }
     let config = Config::load(None, &[])?;
-    let request = ImportRequest { kind, source, calibration: None, recording };
+    let request = ImportRequest::new(kind, source, recording);
     let mut progress = Progress::new("import");
     import::import(&request, &config.recording, &mut |done, total| {
         progress.set(done as u64, Some(total as u64));
