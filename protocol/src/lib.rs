@@ -6,6 +6,7 @@
 
 mod compression;
 mod digest;
+mod endpoint;
 mod envelope;
 mod epoch;
 mod error;
@@ -30,6 +31,7 @@ pub mod v1 {
 }
 
 pub use digest::{Digest, node_digest, surfel_digest};
+pub use endpoint::{Endpoint, EndpointError};
 pub use envelope::{
     decode_from_server, decode_to_server, from_server, from_server_compressed, refusal, to_server,
     to_server_taking_over,

@@ -33,6 +33,11 @@ pub const HEADSETS_MAX: usize = 64;
 /// Scales in which headsets may show a model; 1 is life size.
 pub const PLACEMENT_SCALES: RangeInclusive<f32> = 0.05..=50.0;
 
+/// Columns and rows of a picture of the model.
+pub const PICTURE_SIDES_PX: RangeInclusive<u32> = 16..=2048;
+/// Angles by which the shorter side of a picture may open.
+pub const PICTURE_OPENINGS_DEG: RangeInclusive<f64> = 1.0..=150.0;
+
 /// Time in which a peer must say hello.
 pub const HELLO_TIMEOUT_MS: u64 = 5_000;
 

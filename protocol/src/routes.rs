@@ -13,12 +13,16 @@ pub const INGEST: &str = "/api/sessions/{id}/ingest";
 /// WebSocket: all lanes out.
 pub const VIEW: &str = "/api/sessions/{id}/view";
 
+/// `GET`: a picture of the model from any pose (PNG).
+pub const PICTURE: &str = "/api/sessions/{id}/view.png";
 /// `POST`: pauses, seeks, sets the rate of a replay.
 pub const REPLAY: &str = "/api/sessions/{id}/replay";
 /// `GET`: what finished sessions left behind.
 pub const FINISHED: &str = "/api/finished";
 /// `GET`: what one of them left behind. `DELETE`: removes it.
 pub const FINISHED_RUN: &str = "/api/finished/{run}";
+/// `GET`: a picture of its model from any pose (PNG).
+pub const FINISHED_PICTURE: &str = "/api/finished/{run}/view.png";
 /// `GET`: one of its files: `model.ply`, `trajectory.tum`, `report.json`, `recording.mcap`.
 pub const FINISHED_FILE: &str = "/api/finished/{run}/{file}";
 /// `GET`: recordings that can be replayed.
@@ -34,15 +38,17 @@ pub const OPENAPI: &str = "/openapi.json";
 pub const TAKEOVER_HEADER: &str = "x-takeover-token";
 
 /// All of them.
-pub const ALL: [&str; 13] = [
+pub const ALL: [&str; 15] = [
     HEALTH,
     SESSIONS,
     SESSION,
     INGEST,
     VIEW,
+    PICTURE,
     REPLAY,
     FINISHED,
     FINISHED_RUN,
+    FINISHED_PICTURE,
     FINISHED_FILE,
     RECORDINGS,
     RECORDING,

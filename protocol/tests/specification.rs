@@ -47,6 +47,10 @@ fn every_limit_has_its_value() {
     assert_stated(&format!("| headsets with an anchor | {} |", limits::HEADSETS_MAX));
     let scales = limits::PLACEMENT_SCALES;
     assert_stated(&format!("| scale of a placement | {} to {} |", scales.start(), scales.end()));
+    let (sides, openings) = (limits::PICTURE_SIDES_PX, limits::PICTURE_OPENINGS_DEG);
+    assert_stated(&format!("| columns and rows of a picture | {} to {} |", sides.start(), sides.end()));
+    let stated = format!("| opening of a picture, degrees | {} to {} |", openings.start(), openings.end());
+    assert_stated(&stated);
     assert_stated(&format!("| time to say hello, ms | {} |", limits::HELLO_TIMEOUT_MS));
     assert_stated(&format!("| protocol version | {} |", limits::NEWEST_VERSION));
 }

@@ -202,6 +202,19 @@ pub fn ply_surfel(surfel: &dense::Surfel) -> PlySurfel {
     }
 }
 
+/// A surfel of an exported model, with an id of its own.
+pub fn surfel_from_ply((surfel, id): (&PlySurfel, u32)) -> dense::Surfel {
+    dense::Surfel {
+        id,
+        position: surfel.position,
+        normal: surfel.normal,
+        radius_m: surfel.radius_m,
+        weight: surfel.confidence,
+        color: surfel.color,
+        stamp: 0,
+    }
+}
+
 /// A JPEG on the wire.
 pub fn jpeg_to_wire(image: recording::EncodedImage, (width_px, height_px): (u32, u32)) -> v1::EncodedImage {
     v1::EncodedImage { format: ImageFormat::Jpeg.into(), width_px, height_px, data: image.bytes.into() }

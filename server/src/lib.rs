@@ -9,7 +9,7 @@ pub mod convert;
 mod feature_picture;
 pub mod http;
 pub mod ingest;
-pub mod overview;
+pub mod picture;
 pub mod publish;
 pub mod replay;
 pub mod service;

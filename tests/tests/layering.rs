@@ -14,6 +14,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("recording", &["geometry"]),
     ("simulator", &["geometry"]),
     ("dense", &["geometry", "gpu"]),
+    ("render", &["geometry", "gpu"]),
     ("evaluation", &["geometry", "recording"]),
     ("reporting", &["evaluation", "geometry", "recording"]),
     ("mis-slam-cart", &["geometry", "protocol", "recording", "settings"]),
@@ -60,6 +61,7 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("tracking", &["tokio", "wgpu", "zenoh", "prost"]),
     ("dense", &["tokio", "zenoh", "prost"]),
     ("gpu", &["tokio", "zenoh", "nalgebra"]),
+    ("render", &["tokio", "zenoh", "prost"]),
     ("recording", &["tokio", "wgpu", "zenoh"]),
     ("settings", &["tokio", "wgpu", "zenoh", "prost"]),
 ];

@@ -9,12 +9,6 @@ use settings::SettingsError;
 /// Why a recording is not streamed, or not to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum CartError {
-    /// An address that is neither of the two kinds.
-    #[error("{given:?} is no server address; expected ws://HOST:PORT or zenoh/tcp/HOST:PORT")]
-    Endpoint {
-        /// What was given.
-        given: String,
-    },
     /// The configuration cannot be used.
     #[error(transparent)]
     Config(#[from] SettingsError),
@@ -66,8 +60,7 @@ impl CartError {
     pub fn is_bad_input(&self) -> bool {
         matches!(
             self,
-            Self::Endpoint { .. }
-                | Self::Config(_)
+            Self::Config(_)
                 | Self::Recording(_)
                 | Self::Calibration(_)
                 | Self::FirstPair { .. }

@@ -6,7 +6,6 @@
 
 mod config;
 mod convert;
-mod endpoint;
 mod error;
 mod link;
 mod open;
@@ -17,7 +16,7 @@ mod source;
 
 pub use config::{CartConfig, ConnectionConfig};
 pub use convert::Encoding;
-pub use endpoint::Endpoint;
 pub use error::CartError;
+pub use protocol::Endpoint;
 pub use publish::{PublishOptions, publish_recording};
 pub use report::{Latency, Progress, PublishReport};

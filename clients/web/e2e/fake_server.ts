@@ -31,6 +31,8 @@ export interface FakeServerOptions {
  */
 export class FakeServer {
   readonly session: FakeSession;
+  /** How often a picture of the model was asked for. */
+  picturesServed = 0;
   private readonly http: Server;
   private readonly sockets = new WebSocketServer({ noServer: true });
 
@@ -71,7 +73,10 @@ export class FakeServer {
   private async answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = (request.url ?? '/').split('?')[0] ?? '/';
     if (path === '/api/sessions') sendJson(response, 200, [this.session.summary()]);
-    else if (path.startsWith('/api/')) {
+    else if (path === `/api/sessions/${this.session.id}/view.png`) {
+      this.picturesServed += 1;
+      await sendFile(response, 'favicon.svg');
+    } else if (path.startsWith('/api/')) {
       sendJson(response, 404, { reason: 'unknown_session', text: 'no such session' });
     } else await sendFile(response, path === '/' ? 'index.html' : path);
   }

@@ -85,6 +85,7 @@ export class FakeSession {
       tracking: 'tracked',
       received_hz: this.epochsPerS,
       surfels: this.model.size,
+      epoch: 1,
       viewers: this.viewers.size,
       model_age_ms: 40,
     };

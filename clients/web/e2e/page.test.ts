@@ -45,6 +45,26 @@ test('the list leads to a session', async () => {
   assert.deepEqual(consoleErrors, []);
 });
 
+test('the list shows a picture of each model, asked for once in a while', async () => {
+  await page.goto(server.url);
+  const picture = page.getByRole('img', { name: 'Model of session phantom-1' });
+  await picture.waitFor();
+  await page.waitForFunction(() => document.querySelector('img')?.naturalWidth !== 0);
+  await page.waitForTimeout(3500);
+  assert.equal(server.picturesServed, 1);
+  assert.deepEqual(consoleErrors, []);
+});
+
+test('the place of a picture is kept while there is none', async () => {
+  await server.stop();
+  server = await FakeServer.start({ surfels: 0, epochsPerS: 0 });
+  await page.goto(server.url);
+  const place = await page.locator('.thumbnail').boundingBox();
+  assert.ok(place !== null && place.width > 80 && place.height > 60, JSON.stringify(place));
+  assert.equal(server.picturesServed, 0);
+  assert.deepEqual(consoleErrors, []);
+});
+
 test('a session shows its model, image and figures without errors', async () => {
   await openSession();
   const status = await until('misSlam.following && misSlam.previews > 2 && misSlam.framesDrawn > 5');

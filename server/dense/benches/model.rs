@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dense::{DenseConfig, EncodingSteps, Observation, SurfelModel, View};
+use dense::{Coloring, DenseConfig, EncodingSteps, Observation, SurfelModel, View};
 use geometry::{Pinhole, Pose, StereoRig};
 use gpu::{AdapterSelection, FrameRecorder, Gpu};
 
@@ -70,7 +70,9 @@ fn main() {
             times.entry(stage.name).or_default().push(stage.ms);
         }
     }
-    model.render(&View { pinhole: rig.left, world_from_camera: Pose::identity() }, [0; 3]).unwrap();
+    model
+        .render(&View { pinhole: rig.left, world_from_camera: Pose::identity() }, Coloring::Colour, [0; 3])
+        .unwrap();
     report(&gpu, &model, &mut times, dispatches);
 }
 

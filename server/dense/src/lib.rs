@@ -33,7 +33,7 @@ pub use error::DenseError;
 pub use model::{DiscardReason, FusionReport, Node, SurfelModel, WarpReport, kernels};
 pub use node_graph::NodeConfig;
 pub use observation::Observation;
-pub use render::Rendering;
+pub use render::{BACKGROUND, Coloring, Rendering, render_surfels};
 pub use slam::{Correspondence, DenseFrame, DenseSlam, StepReport};
 pub use statistics::{BackProjection, HeldOut};
 pub use store::Surfel;

@@ -9,12 +9,10 @@ use nalgebra::Point3;
 use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
 use crate::model::{DiscardReason, FusionReport, SurfelModel};
 use crate::preprocess::{Preprocess, SurfaceStage};
+use crate::render::{BACKGROUND, Coloring};
 use crate::{
     BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, Observation, Rendering, Surfel, View,
 };
-
-/// What a picture shows where the model does not cover it.
-const BACKGROUND: [u8; 3] = [18, 18, 22];
 
 /// A rectified pair and what the tracker says of it.
 #[derive(Clone, Copy, Debug)]
@@ -185,8 +183,8 @@ impl DenseSlam {
     ///
     /// # Errors
     /// [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
-    pub fn render(&self, view: &View) -> Result<Rendering, DenseError> {
-        self.model.render(view, BACKGROUND)
+    pub fn render(&self, view: &View, coloring: Coloring) -> Result<Rendering, DenseError> {
+        self.model.render(view, coloring, BACKGROUND)
     }
 
     fn report(&self, fusion: Option<FusionReport>, times: gpu::FrameTimes) -> StepReport {

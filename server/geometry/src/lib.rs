@@ -15,6 +15,7 @@ pub mod se3;
 pub mod trajectory;
 pub mod triangulate;
 pub mod validate;
+pub mod viewpoint;
 
 pub use camera::{CameraModel, StereoCalibration};
 pub use distortion::Distortion;

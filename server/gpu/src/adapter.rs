@@ -66,12 +66,13 @@ impl AdapterDescription {
 
 /// All Vulkan adapters in index order, empty where no driver is installed.
 pub fn list_adapters() -> Vec<AdapterDescription> {
-    enumerate().iter().map(AdapterDescription::of).collect()
+    enumerate(&instance()).iter().map(AdapterDescription::of).collect()
 }
 
-/// The adapter that the selection means.
-pub(crate) fn choose(selection: &AdapterSelection) -> Result<wgpu::Adapter, GpuError> {
-    let adapters = enumerate();
+/// The adapter that the selection means, and the instance that it is of.
+pub(crate) fn choose(selection: &AdapterSelection) -> Result<(wgpu::Instance, wgpu::Adapter), GpuError> {
+    let instance = instance();
+    let adapters = enumerate(&instance);
     if adapters.is_empty() {
         return Err(GpuError::NoVulkan);
     }
@@ -80,14 +81,17 @@ pub(crate) fn choose(selection: &AdapterSelection) -> Result<wgpu::Adapter, GpuE
         adapters.iter().map(|adapter| adapter.get_info().device_type).collect();
     let index = choose_index(&selection.adapter, &names, &kinds)
         .ok_or_else(|| GpuError::AdapterNotFound { wanted: selection.adapter.clone(), present: names })?;
-    Ok(adapters[index].clone())
+    Ok((instance, adapters[index].clone()))
 }
 
-fn enumerate() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+fn instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: wgpu::Backends::PRIMARY,
         ..wgpu::InstanceDescriptor::new_without_display_handle()
-    });
+    })
+}
+
+fn enumerate(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
 }
 

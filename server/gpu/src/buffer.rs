@@ -79,7 +79,8 @@ impl<T: Pod> GpuBuffer<T> {
         }
     }
 
-    pub(crate) fn raw(&self) -> &wgpu::Buffer {
+    /// The buffer itself, for drawing from it.
+    pub fn raw(&self) -> &wgpu::Buffer {
         &self.raw
     }
 

@@ -27,6 +27,8 @@ pub const STORAGE_BUFFERS: u32 = 20;
 /// An open device with its queue. Share it in an `Arc`.
 #[derive(Debug)]
 pub struct Gpu {
+    instance: wgpu::Instance,
+    adapter: wgpu::Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     description: AdapterDescription,
@@ -45,7 +47,7 @@ impl Gpu {
     /// [`GpuError::NoVulkan`] with the install command, [`GpuError::AdapterNotFound`],
     /// [`GpuError::TooFewBuffers`], [`GpuError::NoDevice`].
     pub fn open(selection: &AdapterSelection) -> Result<Self, GpuError> {
-        let adapter = adapter::choose(selection)?;
+        let (instance, adapter) = adapter::choose(selection)?;
         let description = AdapterDescription::of(&adapter);
         require_buffers(&description.name, &adapter.limits())?;
         let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::SUBGROUP | wgpu::Features::IMMEDIATES;
@@ -68,6 +70,8 @@ impl Gpu {
                 subgroups: features.contains(wgpu::Features::SUBGROUP),
                 immediates: features.contains(wgpu::Features::IMMEDIATES),
             },
+            instance,
+            adapter,
             device,
             queue,
             description,
@@ -97,6 +101,26 @@ impl Gpu {
     /// The adapter this device was opened on.
     pub fn description(&self) -> &AdapterDescription {
         &self.description
+    }
+
+    /// Where windows get their surfaces from.
+    pub fn instance(&self) -> &wgpu::Instance {
+        &self.instance
+    }
+
+    /// The adapter itself, to be asked what a surface takes.
+    pub fn adapter(&self) -> &wgpu::Adapter {
+        &self.adapter
+    }
+
+    /// The device itself, for drawing; kernels need only [`Gpu::kernel`].
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// The queue itself, for drawing.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
     }
 
     /// What this device can do beyond the plain.

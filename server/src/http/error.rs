@@ -28,7 +28,7 @@ fn status(reason: Reason) -> StatusCode {
         Reason::OversizedMessage => StatusCode::PAYLOAD_TOO_LARGE,
         Reason::InvalidCalibration | Reason::InvalidRecording => StatusCode::UNPROCESSABLE_ENTITY,
         Reason::TooManySessions => StatusCode::TOO_MANY_REQUESTS,
-        Reason::ShuttingDown => StatusCode::SERVICE_UNAVAILABLE,
+        Reason::ShuttingDown | Reason::PictureUnavailable => StatusCode::SERVICE_UNAVAILABLE,
         Reason::StorageFull => StatusCode::INSUFFICIENT_STORAGE,
         _ => StatusCode::INTERNAL_SERVER_ERROR,
     }

@@ -1,5 +1,6 @@
 //! What finished sessions left behind.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use axum::body::Body;
@@ -16,7 +17,7 @@ use super::App;
 use super::access::{Caller, Scope};
 use super::error::{internal, off_runtime};
 use crate::session::intake::Rejection;
-use crate::storage::{FinishedRun, Storage};
+use crate::storage::{FinishedRun, MODEL_FILE, Storage};
 
 /// What is read of a file at a time.
 const PIECE_BYTES: usize = 64 << 10;
@@ -82,6 +83,14 @@ pub(super) async fn file(
     let (path, media_type) =
         storage.finished_file(&run, &file).ok_or_else(|| unknown(&format!("{run}/{file}")))?;
     send(&path, media_type).await
+}
+
+/// Where the model of a finished session lies.
+pub(super) fn model_file(app: &App, caller: &Caller, run: &str) -> Result<PathBuf, Rejection> {
+    let (storage, _) = find(app, caller, run)?;
+    caller.require(Scope::View)?;
+    let found = storage.finished_file(run, MODEL_FILE);
+    found.map(|(path, _)| path).ok_or_else(|| unknown(&format!("{run}/{MODEL_FILE}")))
 }
 
 /// A file, a piece at a time, so that a long recording never lies in memory.

@@ -13,7 +13,7 @@ use protocol::routes;
 use serde::Deserialize;
 use serde_json::Value;
 use tokio::net::TcpListener;
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 
 use self::access::Access;
 use self::metrics::Metrics;
@@ -28,6 +28,7 @@ mod finished;
 mod metrics;
 mod openapi;
 pub mod page;
+mod picture;
 mod recordings;
 mod replay;
 mod security;
@@ -65,6 +66,8 @@ struct App {
     access: Arc<Access>,
     metrics: Arc<Metrics>,
     document: Arc<Value>,
+    /// Whoever draws a stored model holds it.
+    stored_pictures: Arc<Semaphore>,
     /// Held by every open WebSocket; the server waits for all of them at its end.
     streams: mpsc::Sender<()>,
 }
@@ -115,6 +118,7 @@ impl HttpServer {
             access: self.access,
             metrics: Arc::new(Metrics::of(&self.registry)),
             document: Arc::new(document),
+            stored_pictures: Arc::new(Semaphore::new(1)),
             streams,
         };
         let registry = self.registry;
@@ -198,6 +202,12 @@ fn documented() -> (Router<App>, Value) {
             [get(upgrade::view, "WebSocket of a viewer: all lanes out")
                 .answers_with(Status::SWITCHING_PROTOCOLS)
                 .refuses(UNKNOWN)],
+        )
+        .route(
+            routes::PICTURE,
+            [get(picture::of_session, "A picture of the model from any pose, PNG")
+                .asks::<picture::PictureQuery>()
+                .refuses(picture::REFUSALS)],
         );
     documented_files(api).finish()
 }
@@ -219,6 +229,12 @@ fn documented_files(api: Api) -> Api {
                 .refuses(UNKNOWN),
             delete(finished::remove, "Removes it").answers_with(Status::NO_CONTENT).refuses(UNKNOWN),
         ],
+    )
+    .route(
+        routes::FINISHED_PICTURE,
+        [get(picture::of_finished, "A picture of the model that it left, from any pose, PNG")
+            .asks::<picture::PictureQuery>()
+            .refuses(picture::REFUSALS)],
     )
     .route(
         routes::FINISHED_FILE,

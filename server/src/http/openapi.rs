@@ -26,6 +26,7 @@ pub(super) struct Operation {
     handler: MethodRouter<App>,
     method: &'static str,
     summary: &'static str,
+    query: Option<SchemaOf>,
     body: Option<SchemaOf>,
     answer: (StatusCode, Option<SchemaOf>),
     refusals: &'static [StatusCode],
@@ -57,13 +58,26 @@ fn operation<H: Handler<T, App>, T: 'static>(
     summary: &'static str,
 ) -> Operation {
     let handler = on(filter, handler);
-    Operation { handler, method, summary, body: None, answer: (StatusCode::OK, None), refusals: &[] }
+    Operation {
+        handler,
+        method,
+        summary,
+        query: None,
+        body: None,
+        answer: (StatusCode::OK, None),
+        refusals: &[],
+    }
 }
 
 impl Operation {
     /// Its body is this, in JSON.
     pub fn takes<T: JsonSchema>(self) -> Self {
         Self { body: Some(SchemaGenerator::subschema_for::<T>), ..self }
+    }
+
+    /// Its query has the fields of this.
+    pub fn asks<T: JsonSchema>(self) -> Self {
+        Self { query: Some(T::json_schema), ..self }
     }
 
     /// Its answer is this, in JSON.
@@ -89,8 +103,12 @@ impl Operation {
             let refused = schemas.subschema_for::<Refused>();
             responses.insert(status.as_u16().to_string(), response(*status, Some(refused)));
         }
+        let mut parameters = parameters(path);
+        if let Some(query) = self.query {
+            parameters.extend(query_parameters(&query(schemas)));
+        }
         let mut described =
-            json!({"summary": self.summary, "parameters": parameters(path), "responses": responses});
+            json!({"summary": self.summary, "parameters": parameters, "responses": responses});
         if let Some(body) = self.body {
             let schema = body(schemas);
             described["requestBody"] =
@@ -116,6 +134,12 @@ fn parameters(path: &str) -> Vec<Value> {
     names
         .map(|name| json!({"name": name, "in": "path", "required": true, "schema": {"type": "string"}}))
         .collect()
+}
+
+/// The fields of a query, each with what it holds.
+fn query_parameters(query: &Schema) -> Vec<Value> {
+    let fields = query.get("properties").and_then(Value::as_object).into_iter().flatten();
+    fields.map(|(name, schema)| json!({"name": name, "in": "query", "schema": schema})).collect()
 }
 
 impl Api {

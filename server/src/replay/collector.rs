@@ -5,8 +5,9 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use dense::{DenseSlam, Rendering, Surfel};
+use dense::{Coloring, DenseSlam, Rendering, Surfel};
 use geometry::trajectory::StampedPose;
+use geometry::viewpoint::Extent;
 use geometry::{Pose, Rgb};
 use recording::export;
 
@@ -18,8 +19,8 @@ use super::tracking_rows::TrackingRow;
 use super::truth::PointTruth;
 use super::unpoisoned;
 use crate::convert;
+use crate::feature_picture;
 use crate::session::worker::{FusedPair, Sink, SinkError, TrackedPair, WorkerError};
-use crate::{feature_picture, overview};
 
 /// Samples of a session that its report is made from: two minutes at 30 pairs a second.
 const SAMPLES_MAX: usize = 3600;
@@ -202,7 +203,7 @@ impl Collector {
             return Ok(());
         }
         let view = dense::View { pinhole: model.rig().left, world_from_camera };
-        let Rendering { rgb, depth } = model.render(&view)?;
+        let Rendering { rgb, depth } = model.render(&view, Coloring::Colour)?;
         export::write_pfm(&numbered_file(directory, pair.sequence, "pfm"), &depth)?;
         let png = recording::encode_png_rgb(&rgb)?;
         Ok(std::fs::write(numbered_file(directory, pair.sequence, "png"), png.bytes)?)
@@ -330,8 +331,7 @@ fn numbered_file(directory: &Path, number: u64, extension: &str) -> PathBuf {
 }
 
 fn picture(model: &DenseSlam, surfels: &[Surfel]) -> Result<Rgb, SinkError> {
-    let points: Vec<_> = surfels.iter().map(|surfel| surfel.position.map(f64::from).into()).collect();
-    let normals: Vec<_> = surfels.iter().map(|surfel| surfel.normal.map(f64::from).into()).collect();
-    let (pinhole, world_from_camera) = overview::overview(&points, &normals, PICTURE_PX.0, PICTURE_PX.1);
-    Ok(model.render(&dense::View { pinhole, world_from_camera })?.rgb)
+    let extent = Extent::of(surfels.iter().map(|surfel| (&surfel.position, &surfel.normal)));
+    let (pinhole, world_from_camera) = extent.overview(PICTURE_PX);
+    Ok(model.render(&dense::View { pinhole, world_from_camera }, Coloring::Colour)?.rgb)
 }

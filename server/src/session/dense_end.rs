@@ -1,10 +1,12 @@
 //! The GPU's side of a session: disparity, fusion, changes; and a new model where the GPU is lost.
 
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use dense::disparity::{DisparityConfig, DisparityRange};
 use dense::{DenseError, DenseFrame, DenseSlam, StepReport};
+use geometry::viewpoint::Extent;
 use geometry::{Mask, Pose, Rgb, StereoRig};
 use gpu::{Clock, Gpu, GpuError};
 use recording::Calibration;
@@ -17,6 +19,7 @@ use super::quality::FrameQuality;
 use super::rectifier::Rectifier;
 use super::shared_gpu::SharedGpu;
 use super::worker::{FusedPair, Sink, StageConfig, WorkerError, WorkerSetup, milliseconds_since};
+use crate::picture::{PictureError, PictureRequest, PictureWanted};
 
 /// Without a pair for this time a session is idle, and what was held back for later is sent.
 const IDLE_AFTER: Duration = Duration::from_millis(300);
@@ -53,11 +56,18 @@ pub(super) struct DenseEnd {
     history: Option<History>,
     last_fused: LastFused,
     eyes_are_checked: bool,
+    /// Where the scope was in the last pair with a pose.
+    world_from_scope: Option<Pose>,
     seat: Seat,
 }
 
 /// Works until all senders of `jobs` are gone.
-pub(super) fn run_dense(mut dense: DenseEnd, jobs: &MailboxReceiver<DenseJob>, sink: &dyn Sink) {
+pub(super) fn run_dense(
+    mut dense: DenseEnd,
+    jobs: &MailboxReceiver<DenseJob>,
+    pictures: &Receiver<PictureRequest>,
+    sink: &dyn Sink,
+) {
     let mut last_stamp_ns = 0;
     loop {
         let done = match jobs.take_within(IDLE_AFTER) {
@@ -66,6 +76,7 @@ pub(super) fn run_dense(mut dense: DenseEnd, jobs: &MailboxReceiver<DenseJob>, s
                 dense.process(&job, sink)
             }
             Taken::Nothing => dense.idle(last_stamp_ns, sink),
+            Taken::Woken => Ok(()),
             Taken::Closed => break,
         };
         let done = match done {
@@ -74,6 +85,9 @@ pub(super) fn run_dense(mut dense: DenseEnd, jobs: &MailboxReceiver<DenseJob>, s
         };
         if let Err(error) = done {
             return sink.failed(error.into());
+        }
+        if let Ok(request) = pictures.try_recv() {
+            dense.answer(request);
         }
     }
     let _turn = dense.seat.take();
@@ -93,8 +107,19 @@ impl DenseEnd {
         let (history, seat) = (setup.history.cloned(), setup.gpu_turns.seat());
         let calibration = *setup.calibration;
         let last_fused = LastFused::default();
-        let eyes_are_checked = false;
-        Ok(Self { shared, gpu, model, rig, stages, calibration, history, last_fused, eyes_are_checked, seat })
+        Ok(Self {
+            shared,
+            gpu,
+            model,
+            rig,
+            stages,
+            calibration,
+            history,
+            last_fused,
+            eyes_are_checked: false,
+            world_from_scope: None,
+            seat,
+        })
     }
 
     /// Whether an error means that the device is gone or full, and there is something to go on from.
@@ -157,6 +182,26 @@ impl DenseEnd {
         Ok(sink.idle(last_stamp_ns, &mut self.model)?)
     }
 
+    /// Draws a picture in the session's own turn. A GPU that refuses it does not end the session for it.
+    fn answer(&self, request: PictureRequest) {
+        if !request.is_abandoned() {
+            let picture = self.draw(&request.wanted);
+            request.answer(picture);
+        }
+    }
+
+    fn draw(&self, wanted: &PictureWanted) -> Result<Rgb, PictureError> {
+        let refused = |error: DenseError| PictureError::Gpu(error.to_string());
+        let _turn = self.seat.take();
+        let extent = || {
+            let surfels = self.model.surfels().map_err(refused)?;
+            Ok(Extent::of(surfels.iter().map(|surfel| (&surfel.position, &surfel.normal))))
+        };
+        let scope = self.world_from_scope.as_ref().map(|pose| (&self.rig.left, pose));
+        let view = wanted.view(scope, extent)?;
+        Ok(self.model.render(&view, wanted.coloring).map_err(refused)?.rgb)
+    }
+
     fn process(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
         let mut turn = self.seat.take();
         check_eyes(&mut self.eyes_are_checked, (&self.gpu, &self.rig, &self.stages.disparity), job)?;
@@ -182,6 +227,7 @@ impl DenseEnd {
             report,
             dense_ms: milliseconds_since(started),
         };
+        self.world_from_scope = fused.world_from_camera.or(self.world_from_scope);
         let step = gpu_time(&fused.report).unwrap_or_else(|| started.elapsed());
         let reading = Instant::now();
         sink.fused(&fused, &mut self.model)?;

@@ -10,6 +10,7 @@ use super::history::History;
 use super::hub::Hub;
 use super::mailbox::{MailboxReceiver, Policy};
 use super::worker::StereoPair;
+use crate::picture::{PictureError, PictureInlet, PictureWanted};
 use crate::replay::Report;
 
 /// What a computation starts from.
@@ -38,10 +39,23 @@ pub trait Engine: Send + Sync + 'static {
         pairs: MailboxReceiver<StereoPair>,
         hub: Arc<Hub>,
     ) -> Result<Box<dyn RunningEngine>, EngineError>;
+
+    /// A picture of a model that a session left behind. Blocks.
+    ///
+    /// # Errors
+    /// [`PictureError`]; an engine without a GPU draws nothing.
+    fn draw(&self, _model: &[PlySurfel], _wanted: &PictureWanted) -> Result<Rgb, PictureError> {
+        Err(PictureError::NoModel)
+    }
 }
 
 /// A running computation.
 pub trait RunningEngine: Send {
+    /// Where pictures of the model are asked for; `None` where there are none.
+    fn pictures(&self) -> Option<PictureInlet> {
+        None
+    }
+
     /// Waits until everything put in has come out; gives what is left behind, if anything.
     fn join(self: Box<Self>) -> Option<EngineResults>;
 }

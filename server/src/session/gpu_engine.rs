@@ -3,10 +3,13 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use dense::DenseSlam;
+use dense::{DenseSlam, Surfel};
+use geometry::Rgb;
+use geometry::viewpoint::Extent;
 use gpu::Gpu;
 use protocol::v1::Reason;
 use recording::PairingStatistics;
+use recording::export::PlySurfel;
 
 use super::engine::{Engine, EngineError, EngineResults, EngineStart, RunningEngine};
 use super::gpu_turns::GpuTurns;
@@ -17,6 +20,7 @@ use super::worker::{
     self, FusedPair, Sink, SinkError, StageConfig, StereoPair, TrackedPair, Worker, WorkerError, WorkerSetup,
 };
 use crate::config::Config;
+use crate::picture::{PictureError, PictureInlet, PictureWanted};
 use crate::publish::{PublishConfig, Throttle};
 use crate::replay::collector::Collector;
 use crate::replay::files::{self, Run};
@@ -81,6 +85,17 @@ impl Engine for GpuEngine {
         hub.set_camera(convert::camera_to_wire(&worker.rig().left));
         Ok(Box::new(Running { worker, collector, hub, gpu: Arc::clone(&self.gpu), started: Instant::now() }))
     }
+
+    fn draw(&self, model: &[PlySurfel], wanted: &PictureWanted) -> Result<Rgb, PictureError> {
+        let extent = || Ok(Extent::of(model.iter().map(|surfel| (&surfel.position, &surfel.normal))));
+        let view = wanted.view(None, extent)?;
+        let surfels: Vec<Surfel> = model.iter().zip(0..).map(convert::surfel_from_ply).collect();
+        let seat = self.turns.seat();
+        let _turn = seat.take();
+        let paint = (wanted.coloring, self.stages.dense.fusion.weight_max);
+        let drawn = dense::render_surfels(&self.gpu.current(), &surfels, &view, paint);
+        drawn.map(|rendering| rendering.rgb).map_err(|error| PictureError::Gpu(error.to_string()))
+    }
 }
 
 struct Running {
@@ -92,6 +107,10 @@ struct Running {
 }
 
 impl RunningEngine for Running {
+    fn pictures(&self) -> Option<PictureInlet> {
+        Some(self.worker.pictures().clone())
+    }
+
     fn join(self: Box<Self>) -> Option<EngineResults> {
         self.worker.join();
         let collected = Arc::into_inner(self.collector)?.into_collected();

@@ -17,6 +17,7 @@ use super::mailbox::{MailboxSender, Offer, Policy, mailbox};
 use super::replay_source::ReplayControl;
 use super::results;
 use crate::ingest::decode::{self, Incoming};
+use crate::picture::{PictureError, PictureInlet};
 use crate::storage::{Run, RunInfo, Storage};
 
 /// What sessions of one server have in common.
@@ -63,6 +64,8 @@ pub struct Session {
     /// Where encoded pairs go in; `None` while the pipeline is rebuilt or gone.
     inlet: Mutex<Option<MailboxSender<Incoming>>>,
     pipeline: Mutex<Option<Pipeline>>,
+    /// Where pictures are asked for, while the pipeline runs.
+    pictures: Mutex<Option<PictureInlet>>,
     replay: Mutex<Option<Arc<ReplayControl>>>,
 }
 
@@ -91,6 +94,7 @@ impl Session {
             options,
             inlet: Mutex::new(None),
             pipeline: Mutex::new(None),
+            pictures: Mutex::new(None),
             replay: Mutex::new(None),
         };
         session.build(&mut lock(&session.pipeline), calibration, start)?;
@@ -100,6 +104,14 @@ impl Session {
     /// What all who deal with the session share.
     pub fn hub(&self) -> &Arc<Hub> {
         &self.hub
+    }
+
+    /// Where pictures of the model are asked for.
+    ///
+    /// # Errors
+    /// [`PictureError::NoModel`] while the reconstruction is rebuilt or gone.
+    pub fn pictures(&self) -> Result<PictureInlet, PictureError> {
+        lock(&self.pictures).clone().ok_or(PictureError::NoModel)
     }
 
     /// The switch of the recording that is replayed; `None` in a session that a cart feeds.
@@ -213,6 +225,7 @@ impl Session {
             let journal = self.start_journal(&run, calibration);
             (run, journal)
         });
+        *lock(&self.pictures) = engine.pictures();
         *pipeline = Some(Pipeline { calibration: *calibration, decoder, engine, run });
         *lock(&self.inlet) = Some(encoded_in);
         Ok(())
@@ -259,6 +272,7 @@ impl Session {
 
     fn tear_down(&self, pipeline: &mut Option<Pipeline>, end: RunEnd) {
         *lock(&self.inlet) = None;
+        *lock(&self.pictures) = None;
         let Some(pipeline) = pipeline.take() else { return };
         if pipeline.decoder.join().is_err() {
             tracing::error!(session = %self.hub.id(), "the decoder thread panicked");

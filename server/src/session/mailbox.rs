@@ -31,6 +31,8 @@ pub enum Taken<T> {
     Value(T),
     /// Nothing came in time.
     Nothing,
+    /// Nothing came yet, but a [`MailboxWaker`] called.
+    Woken,
     /// Nothing waits and no sender is left.
     Closed,
 }
@@ -38,7 +40,12 @@ pub enum Taken<T> {
 /// A bounded mailbox of `capacity` values.
 pub fn mailbox<T>(policy: Policy, capacity: usize) -> (MailboxSender<T>, MailboxReceiver<T>) {
     let shared = Arc::new(Shared {
-        state: Mutex::new(State { waiting: VecDeque::with_capacity(capacity), senders: 1, receiving: true }),
+        state: Mutex::new(State {
+            waiting: VecDeque::with_capacity(capacity),
+            senders: 1,
+            receiving: true,
+            wakes: 0,
+        }),
         changed: Condvar::new(),
         policy,
         capacity: capacity.max(1),
@@ -50,6 +57,8 @@ struct State<T> {
     waiting: VecDeque<T>,
     senders: usize,
     receiving: bool,
+    /// Calls of wakers that the receiver has not been told.
+    wakes: usize,
 }
 
 struct Shared<T> {
@@ -126,7 +135,7 @@ impl<T> MailboxReceiver<T> {
         loop {
             match self.take_within(Duration::MAX) {
                 Taken::Value(value) => return Some(value),
-                Taken::Nothing => {}
+                Taken::Nothing | Taken::Woken => {}
                 Taken::Closed => return None,
             }
         }
@@ -144,10 +153,34 @@ impl<T> MailboxReceiver<T> {
             if state.senders == 0 {
                 return Taken::Closed;
             }
+            if state.wakes > 0 {
+                state.wakes -= 1;
+                return Taken::Woken;
+            }
             let Some(left) = patience.checked_sub(started.elapsed()) else { return Taken::Nothing };
             let waited = self.shared.changed.wait_timeout(state, left);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
+    }
+}
+
+impl<T> MailboxReceiver<T> {
+    /// For those who want the receiver to look at something else between values.
+    pub fn waker(&self) -> MailboxWaker<T> {
+        MailboxWaker { shared: Arc::clone(&self.shared) }
+    }
+}
+
+/// Interrupts a receiver that waits; no sender, so it keeps no mailbox open.
+pub struct MailboxWaker<T> {
+    shared: Arc<Shared<T>>,
+}
+
+impl<T> MailboxWaker<T> {
+    /// The receiver is told once per call, after the values that wait.
+    pub fn wake(&self) {
+        self.shared.lock().wakes += 1;
+        self.shared.changed.notify_all();
     }
 }
 
@@ -200,6 +233,20 @@ mod tests {
         sender.offer(3);
         assert_eq!(receiver.take_within(Duration::ZERO), Taken::Value(3));
         drop(sender);
+        assert_eq!(receiver.take_within(Duration::from_secs(60)), Taken::Closed);
+    }
+
+    #[test]
+    fn a_waker_is_heard_once_per_call_and_keeps_no_mailbox_open() {
+        let (sender, receiver) = mailbox(Policy::NewestWins, 1);
+        let waker = receiver.waker();
+        waker.wake();
+        waker.wake();
+        sender.offer(1);
+        let heard = [(); 4].map(|()| receiver.take_within(Duration::from_millis(1)));
+        assert_eq!(heard, [Taken::Value(1), Taken::Woken, Taken::Woken, Taken::Nothing]);
+        drop(sender);
+        waker.wake();
         assert_eq!(receiver.take_within(Duration::from_secs(60)), Taken::Closed);
     }
 

@@ -99,6 +99,11 @@ impl Registry {
         self.storage.as_ref()
     }
 
+    /// What computes and draws.
+    pub fn engine(&self) -> &Arc<dyn Engine> {
+        &self.engine
+    }
+
     /// Format and topics of recordings.
     pub fn recording_config(&self) -> &RecordingConfig {
         &self.config.recording

@@ -22,6 +22,7 @@ use super::quality::{FrameQuality, QualityConfig, QualityGate};
 use super::rectifier::Rectifier;
 use super::shared_gpu::SharedGpu;
 use crate::config::Config;
+use crate::picture::{PictureInlet, picture_queue};
 
 /// A decoded stereo pair, as it came from the cameras (not yet rectified).
 #[derive(Clone, Debug)]
@@ -190,12 +191,18 @@ pub struct WorkerSetup<'a> {
 pub struct Worker {
     threads: Vec<JoinHandle<()>>,
     rig: StereoRig,
+    pictures: PictureInlet,
 }
 
 impl Worker {
     /// The rectified rig that poses and depth refer to.
     pub fn rig(&self) -> &StereoRig {
         &self.rig
+    }
+
+    /// Where pictures of the model are asked for.
+    pub fn pictures(&self) -> &PictureInlet {
+        &self.pictures
     }
 
     /// Waits until everything put in has come out.
@@ -223,12 +230,14 @@ pub fn spawn(
     let tracker = Tracker::with_pace(&setup.stages.tracking, &rig, mapping_pace(setup.policy))?;
     let dense = DenseEnd::new(gpu, rig, setup)?;
     let (jobs_out, jobs_in) = mailbox(setup.policy, 1);
+    let waker = jobs_in.waker();
+    let (pictures, wanted) = picture_queue(move || waker.wake());
     let quality = QualityGate::new(&setup.stages.quality);
     let front = FrontEnd { rectifier, tracker, quality, world_from_start: setup.world_from_start };
     let front_sink = Arc::clone(&sink);
     let tracking = thread("tracker", move || run_front_end(front, &input, &jobs_out, &*front_sink))?;
-    let dense = thread("dense", move || run_dense(dense, &jobs_in, &*sink))?;
-    Ok(Worker { threads: vec![tracking, dense], rig })
+    let dense = thread("dense", move || run_dense(dense, &jobs_in, &wanted, &*sink))?;
+    Ok(Worker { threads: vec![tracking, dense], rig, pictures })
 }
 
 /// A replay is to give the same each time, live video must not wait.

@@ -8,9 +8,12 @@ use serde::Serialize;
 use super::run::RECORDING;
 use super::{Storage, StorageError, directories, is_plain_name};
 
+/// The final model.
+pub const MODEL_FILE: &str = "model.ply";
+
 /// The files that a finished run may have and that are handed out, with their media types.
 pub const FINISHED_FILES: [(&str, &str); 5] = [
-    ("model.ply", "application/octet-stream"),
+    (MODEL_FILE, "application/octet-stream"),
     ("model.png", "image/png"),
     ("trajectory.tum", "text/plain"),
     ("report.json", "application/json"),

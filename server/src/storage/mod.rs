@@ -15,7 +15,7 @@ mod finished;
 mod recordings;
 mod run;
 
-pub use finished::{FINISHED_FILES, FinishedRun};
+pub use finished::{FINISHED_FILES, FinishedRun, MODEL_FILE};
 pub use recordings::{StoredRecording, Upload};
 pub use run::{JOURNAL, RECORDING, Run};
 

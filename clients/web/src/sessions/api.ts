@@ -8,6 +8,7 @@ export interface SessionSummary {
   readonly tracking: string;
   readonly receivedHz: number;
   readonly surfels: number;
+  readonly epoch: number;
   readonly viewers: number;
   readonly modelAgeMs: number | null;
 }
@@ -42,6 +43,15 @@ export function viewUrl(session: string): string {
   return `${scheme}://${window.location.host}/api/sessions/${encodeURIComponent(session)}/view`;
 }
 
+/** Address of a picture of a session's model; the epoch tells one picture from the next. */
+export function pictureUrl(
+  session: string,
+  { width, height }: { readonly width: number; readonly height: number },
+  epoch: number,
+): string {
+  return `/api/sessions/${encodeURIComponent(session)}/view.png?width=${width}&height=${height}&epoch=${epoch}`;
+}
+
 function summaryOf(value: unknown): SessionSummary {
   const fields = (typeof value === 'object' && value !== null ? value : {}) as Record<string, unknown>;
   const text = (name: string) => (typeof fields[name] === 'string' ? (fields[name] as string) : '');
@@ -53,6 +63,7 @@ function summaryOf(value: unknown): SessionSummary {
     tracking: text('tracking'),
     receivedHz: number('received_hz') ?? 0,
     surfels: number('surfels') ?? 0,
+    epoch: number('epoch') ?? 0,
     viewers: number('viewers') ?? 0,
     modelAgeMs: number('model_age_ms'),
   };

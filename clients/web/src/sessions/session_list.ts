@@ -3,6 +3,7 @@ import { element, setData, setText } from '../ui/dom';
 import type { Page } from '../ui/page';
 import { age, count, perSecond, statusWording, trackingWording } from '../ui/wording';
 import { fetchSessions, type SessionSummary } from './api';
+import { Thumbnail } from './thumbnail';
 
 const REFRESH_MS = 1500;
 
@@ -15,6 +16,7 @@ export class SessionList implements Page {
   private readonly rows = element('ul', { class: 'sessions', 'aria-label': 'Sessions' });
   private readonly closing = new AbortController();
   private shown = '';
+  private thumbnails: readonly Thumbnail[] = [];
   private timer = 0;
 
   constructor() {
@@ -52,18 +54,23 @@ export class SessionList implements Page {
     setData(this.root, 'sessions', String(sessions.length));
     this.empty.hidden = sessions.length > 0;
     // Rows that are still the same stay, so that the keyboard's focus stays on them.
-    if (ids.join('\n') !== this.shown) this.rows.replaceChildren(...ids.map(row));
+    if (ids.join('\n') !== this.shown) {
+      this.thumbnails = ids.map((id) => new Thumbnail(id));
+      this.rows.replaceChildren(...ids.map((id, i) => row(id, this.thumbnails[i] as Thumbnail)));
+    }
     this.shown = ids.join('\n');
     sessions.forEach((session, i) => {
       fillRow(this.rows.children[i] as HTMLElement, session);
+      this.thumbnails[i]?.show(session, performance.now());
     });
   }
 }
 
-function row(session: string): HTMLElement {
+function row(session: string, thumbnail: Thumbnail): HTMLElement {
   const link = element(
     'a',
     { href: `#/sessions/${encodeURIComponent(session)}`, class: 'session' },
+    thumbnail.root,
     element('span', { class: 'session-name' }, session),
     element('span', { class: 'pill', 'data-part': 'status' }),
     element('span', { class: 'session-health', 'data-part': 'health' }),

@@ -21,7 +21,7 @@ use crate::config::DenseConfig;
 use crate::fusion::{Fusion, FusionSettings, HISTOGRAM, RESULTS};
 use crate::index_map::SplatSettings;
 use crate::node_graph::GraphSettings;
-use crate::render::{self, Rendering};
+use crate::render::{self, Coloring, Paint, Rendering};
 use crate::slam::Correspondence;
 use crate::statistics::Statistics;
 use crate::store::{Surfel, SurfelStore};
@@ -285,9 +285,15 @@ impl SurfelModel {
     ///
     /// # Errors
     /// [`DenseError::TooManyPixels`], [`DenseError::Gpu`].
-    pub fn render(&self, view: &View, background: [u8; 3]) -> Result<Rendering, DenseError> {
+    pub fn render(
+        &self,
+        view: &View,
+        coloring: Coloring,
+        background: [u8; 3],
+    ) -> Result<Rendering, DenseError> {
         let store = (&self.bound.buffers.store, self.counts.slots);
-        render::render(&self.gpu, &self.timer, store, view, background)
+        let paint = Paint { coloring, weight_max: self.config.fusion.weight_max, background };
+        render::render(&self.gpu, &self.timer, store, view, paint)
     }
 
     /// The timer for the model's frames.

@@ -1,9 +1,20 @@
 #import view
 #import color
+#import shading
 // Colours an index map as the scope's own light would: brighter where the surface faces the camera.
 
+struct ShadeSettings {
+    // packed, where nothing is
+    background: u32,
+    // of shading.wgsl
+    coloring: u32,
+    // weight of a surfel that is as sure as can be
+    weight_max: f32,
+    padding: u32,
+}
+
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> background: u32;
+@group(0) @binding(1) var<uniform> settings: ShadeSettings;
 @group(0) @binding(2) var<storage, read> slots: array<u32>;
 @group(0) @binding(3) var<storage, read> geometry: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> orientation: array<vec4<f32>>;
@@ -20,7 +31,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = id.y * view.size.x + id.x;
     let stored = slots[pixel];
     if stored == 0u {
-        pixels[pixel] = background;
+        pixels[pixel] = settings.background;
         depth[pixel] = 0.0;
         return;
     }
@@ -29,7 +40,8 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let normal = rotate(view.camera_from_world, orientation[slot].xyz);
     let direction = ray(view.intrinsics, vec2<f32>(id.xy));
     let facing = max(-dot(normal, normalize(direction)), 0.0);
-    pixels[pixel] = pack_rgb(appearance[slot].xyz * (0.55 + 0.45 * facing));
+    let confidence = orientation[slot].w / settings.weight_max;
+    pixels[pixel] = pack_rgb(shaded(settings.coloring, appearance[slot].xyz, normal, facing, confidence));
     let met = dot(normal, center) / dot(normal, direction);
     depth[pixel] = clamp(met, center.z - geometry[slot].w, center.z + geometry[slot].w);
 }

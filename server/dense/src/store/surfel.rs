@@ -61,6 +61,20 @@ impl RecordRow {
 }
 
 impl SurfelRows {
+    /// Rows of stable surfels.
+    pub fn of(surfels: &[Surfel]) -> Self {
+        let mut rows = Self::default();
+        for surfel in surfels {
+            let ([x, y, z], [nx, ny, nz]) = (surfel.position, surfel.normal);
+            let [red, green, blue] = surfel.color.map(f32::from);
+            rows.geometry.push([x, y, z, surfel.radius_m]);
+            rows.orientation.push([nx, ny, nz, surfel.weight]);
+            rows.appearance.push([red, green, blue, 1.0]);
+            rows.history.push([surfel.id, surfel.stamp, surfel.stamp, ALIVE | STABLE]);
+        }
+        rows
+    }
+
     /// The stable surfels in slot order, which is id order.
     pub fn stable(&self) -> Vec<Surfel> {
         let wanted = ALIVE | STABLE;

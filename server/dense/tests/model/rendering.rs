@@ -1,6 +1,6 @@
 //! Pictures of the model.
 
-use dense::View;
+use dense::{Coloring, View};
 
 use crate::scene::{Bench, Scene, WALL_M, at, camera, config, evenly_lit, texture};
 
@@ -14,8 +14,10 @@ fn a_rendering_shows_the_surface_where_it_is() {
         bench.fuse(frame, &at(0.0), &SCENE.shoot(&at(0.0), u64::from(frame)));
     }
     let pose = at(1e-3);
-    let rendering =
-        bench.model.render(&View { pinhole: camera(), world_from_camera: pose }, BACKGROUND).unwrap();
+    let rendering = bench
+        .model
+        .render(&View { pinhole: camera(), world_from_camera: pose }, Coloring::Colour, BACKGROUND)
+        .unwrap();
     let truth = SCENE.depth(&pose);
     let inside = |pixel: usize| pixel % 160 < 150;
     let shown =
@@ -36,8 +38,30 @@ fn a_rendering_shows_the_surface_where_it_is() {
 #[test]
 fn an_empty_model_shows_only_background() {
     let bench = Bench::new(&config()).unwrap();
-    let rendering =
-        bench.model.render(&View { pinhole: camera(), world_from_camera: at(0.0) }, BACKGROUND).unwrap();
+    let rendering = bench
+        .model
+        .render(&View { pinhole: camera(), world_from_camera: at(0.0) }, Coloring::Colour, BACKGROUND)
+        .unwrap();
     assert!(rendering.rgb.pixels().iter().all(|&pixel| pixel == BACKGROUND));
     assert!(rendering.depth.pixels().iter().all(|&depth| depth == 0.0));
+}
+
+#[test]
+fn a_model_read_back_gives_the_picture_of_the_one_on_the_gpu() {
+    let mut bench = Bench::new(&evenly_lit()).unwrap();
+    for frame in 0..4 {
+        bench.fuse(frame, &at(0.0), &SCENE.shoot(&at(0.0), u64::from(frame)));
+    }
+    let view = View { pinhole: camera(), world_from_camera: at(1e-3) };
+    let surfels = bench.model.surfels().unwrap();
+    let weight_max = evenly_lit().fusion.weight_max;
+    for coloring in [Coloring::Colour, Coloring::Shape, Coloring::Normal, Coloring::Confidence] {
+        let live = bench.model.render(&view, coloring, dense::BACKGROUND).unwrap();
+        let stored = dense::render_surfels(&bench.gpu, &surfels, &view, (coloring, weight_max)).unwrap();
+        assert!(live.depth == stored.depth, "{coloring:?}");
+        // Colours are rounded to levels where they are read back.
+        let off = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max();
+        let worst = live.rgb.pixels().iter().zip(stored.rgb.pixels()).filter_map(off).max();
+        assert!(worst <= Some(1), "{coloring:?}: {worst:?}");
+    }
 }

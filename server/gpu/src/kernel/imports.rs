@@ -5,6 +5,7 @@ const SHARED: &[(&str, &str)] = &[
     ("view", include_str!("../shared/view.wgsl")),
     ("finite", include_str!("../shared/finite.wgsl")),
     ("color", include_str!("../shared/color.wgsl")),
+    ("shading", include_str!("../shared/shading.wgsl")),
     ("surfel", include_str!("../shared/surfel.wgsl")),
     ("fusion", include_str!("../shared/fusion.wgsl")),
     ("light", include_str!("../shared/light.wgsl")),

@@ -3,7 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::CartError;
+/// An address that is neither of the two kinds.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is no server address; expected ws://HOST:PORT or zenoh/tcp/HOST:PORT")]
+pub struct EndpointError(pub String);
 
 /// A server's address as given on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,11 +18,11 @@ pub enum Endpoint {
 }
 
 impl FromStr for Endpoint {
-    type Err = CartError;
+    type Err = EndpointError;
 
     /// # Errors
-    /// [`CartError::Endpoint`].
-    fn from_str(given: &str) -> Result<Self, CartError> {
+    /// [`EndpointError`].
+    fn from_str(given: &str) -> Result<Self, EndpointError> {
         let web_socket = given.strip_prefix("ws://").map(|rest| rest.trim_end_matches('/'));
         let zenoh = given.strip_prefix("zenoh/");
         match (web_socket, zenoh) {
@@ -27,7 +30,7 @@ impl FromStr for Endpoint {
                 Ok(Self::WebSocket(authority.to_owned()))
             }
             (_, Some(endpoint)) if endpoint.contains('/') => Ok(Self::Zenoh(endpoint.to_owned())),
-            _ => Err(CartError::Endpoint { given: given.to_owned() }),
+            _ => Err(EndpointError(given.to_owned())),
         }
     }
 }
