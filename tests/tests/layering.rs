@@ -18,6 +18,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("evaluation", &["geometry", "recording"]),
     ("reporting", &["evaluation", "geometry", "recording"]),
     ("mis-slam-cart", &["geometry", "protocol", "recording", "settings"]),
+    ("mis-slam-view", &["geometry", "gpu", "protocol", "render", "replica"]),
     ("replica", &["protocol"]),
     (
         "mis-slam",

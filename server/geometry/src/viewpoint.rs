@@ -10,7 +10,7 @@ pub const OVERVIEW_HALF_OPENING_TANGENT: f64 = 0.45;
 const COORDINATE_MAX_M: f64 = 1e3;
 /// Furthest that the length of a quaternion in a text may be from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
-/// Points that an overview is made from, at most: an even sample of a large model has the same extent.
+/// Points that an overview is made from, at most: an even sample of a large model has the same bounds.
 const SAMPLES: usize = 4000;
 
 impl Pinhole {
@@ -86,7 +86,7 @@ fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
 
 /// The sphere that most of a model lies in, and the side from which it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
+pub struct Bounds {
     /// Its centre, metres in the world.
     pub center_in_world: Point3<f64>,
     /// Its radius.
@@ -95,7 +95,7 @@ pub struct Extent {
     pub facing: Vector3<f64>,
 }
 
-impl Extent {
+impl Bounds {
     /// Of points and their outward normals; a small sphere at the origin where there are none.
     pub fn of<'a>(surfels: impl ExactSizeIterator<Item = (&'a [f32; 3], &'a [f32; 3])>) -> Self {
         let step = surfels.len().div_ceil(SAMPLES).max(1);
@@ -156,7 +156,7 @@ mod tests {
             (0..400).map(|i| [(i % 20) as f32 * 2e-3, (i / 20) as f32 * 1e-3, 0.05]).collect();
         let normal = [0.2873, 0.0, -0.9578];
         let (pinhole, world_from_camera) =
-            Extent::of(points.iter().map(|point| (point, &normal))).overview((320, 240));
+            Bounds::of(points.iter().map(|point| (point, &normal))).overview((320, 240));
         for point in &points {
             let in_camera = world_from_camera.inverse() * Point3::from(point.map(f64::from));
             let pixel = pinhole.project(&in_camera);
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn an_empty_model_has_a_view_too() {
-        let (_, pose) = Extent::of(std::iter::empty()).overview((320, 240));
+        let (_, pose) = Bounds::of(std::iter::empty()).overview((320, 240));
         assert!(pose.translation.vector.iter().all(|v| v.is_finite()));
     }
 

@@ -42,7 +42,7 @@ pub(super) struct PictureQuery {
     /// Rows, 480 where left out.
     height: Option<u32>,
     /// Where it is taken from, where no pose says so: `overview` or `scope`.
-    from: Option<From>,
+    from: Option<Standpoint>,
     /// Where the camera is, `x,y,z`, metres in the world.
     eye: Option<String>,
     /// What is in the middle, `x,y,z`.
@@ -62,7 +62,7 @@ pub(super) struct PictureQuery {
 /// Viewpoints with a name.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-enum From {
+enum Standpoint {
     Overview,
     Scope,
 }
@@ -77,7 +77,7 @@ enum Coloring {
     Confidence,
 }
 
-impl std::convert::From<Coloring> for dense::Coloring {
+impl From<Coloring> for dense::Coloring {
     fn from(coloring: Coloring) -> Self {
         match coloring {
             Coloring::Colour => Self::Colour,
@@ -88,7 +88,7 @@ impl std::convert::From<Coloring> for dense::Coloring {
     }
 }
 
-impl std::convert::From<PictureError> for Rejection {
+impl From<PictureError> for Rejection {
     fn from(error: PictureError) -> Self {
         let reason = match error {
             PictureError::Gpu(_) => Reason::Internal,
@@ -169,8 +169,8 @@ fn viewpoint_of(query: &PictureQuery) -> Result<Viewpoint, Rejection> {
         (None, None, None) => {
             return match (query.from, query.opening_deg) {
                 (_, Some(_)) => Err(unusable("opening_deg goes with eye or pose")),
-                (Some(From::Scope), None) => Ok(Viewpoint::Scope),
-                (Some(From::Overview) | None, None) => Ok(Viewpoint::Overview),
+                (Some(Standpoint::Scope), None) => Ok(Viewpoint::Scope),
+                (Some(Standpoint::Overview) | None, None) => Ok(Viewpoint::Overview),
             };
         }
         _ if query.from.is_some() => Err(unusable("from goes without eye, target and pose")),
@@ -231,7 +231,7 @@ mod tests {
         let wide =
             PictureQuery { pose: some("0,0,0,0,0,0,1"), opening_deg: Some(f64::NAN), ..Default::default() };
         let both =
-            PictureQuery { from: Some(From::Scope), pose: some("0,0,0,0,0,0,1"), ..Default::default() };
+            PictureQuery { from: Some(Standpoint::Scope), pose: some("0,0,0,0,0,0,1"), ..Default::default() };
         let cases = [
             (huge, "width"),
             (flat, "height"),

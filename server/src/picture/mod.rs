@@ -3,7 +3,7 @@
 mod queue;
 
 use dense::{Coloring, View};
-use geometry::viewpoint::Extent;
+use geometry::viewpoint::Bounds;
 use geometry::{Pinhole, Pose};
 
 pub use queue::{PictureInlet, PictureRequest, picture_queue};
@@ -56,17 +56,17 @@ pub enum PictureError {
 }
 
 impl PictureWanted {
-    /// The camera; `scope` is the scope's own, and `extent` that of the model, found only where it is needed.
+    /// The camera; `scope` is the scope's own, and `bounds` that of the model, found only where it is needed.
     ///
     /// # Errors
-    /// [`PictureError::NoScope`], and those of `extent`.
+    /// [`PictureError::NoScope`], and those of `bounds`.
     pub fn view(
         &self,
         scope: Option<(&Pinhole, &Pose)>,
-        extent: impl FnOnce() -> Result<Extent, PictureError>,
+        bounds: impl FnOnce() -> Result<Bounds, PictureError>,
     ) -> Result<View, PictureError> {
         let (pinhole, world_from_camera) = match self.viewpoint {
-            Viewpoint::Overview => extent()?.overview(self.size_px),
+            Viewpoint::Overview => bounds()?.overview(self.size_px),
             Viewpoint::Scope => {
                 let (camera, world_from_camera) = scope.ok_or(PictureError::NoScope)?;
                 (camera.shown_in(self.size_px), *world_from_camera)

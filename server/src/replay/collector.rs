@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use dense::{Coloring, DenseSlam, Rendering, Surfel};
 use geometry::trajectory::StampedPose;
-use geometry::viewpoint::Extent;
+use geometry::viewpoint::Bounds;
 use geometry::{Pose, Rgb};
 use recording::export;
 
@@ -331,7 +331,7 @@ fn numbered_file(directory: &Path, number: u64, extension: &str) -> PathBuf {
 }
 
 fn picture(model: &DenseSlam, surfels: &[Surfel]) -> Result<Rgb, SinkError> {
-    let extent = Extent::of(surfels.iter().map(|surfel| (&surfel.position, &surfel.normal)));
-    let (pinhole, world_from_camera) = extent.overview(PICTURE_PX);
+    let bounds = Bounds::of(surfels.iter().map(|surfel| (&surfel.position, &surfel.normal)));
+    let (pinhole, world_from_camera) = bounds.overview(PICTURE_PX);
     Ok(model.render(&dense::View { pinhole, world_from_camera }, Coloring::Colour)?.rgb)
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use dense::disparity::{DisparityConfig, DisparityRange};
 use dense::{DenseError, DenseFrame, DenseSlam, StepReport};
-use geometry::viewpoint::Extent;
+use geometry::viewpoint::Bounds;
 use geometry::{Mask, Pose, Rgb, StereoRig};
 use gpu::{Clock, Gpu, GpuError};
 use recording::Calibration;
@@ -193,12 +193,12 @@ impl DenseEnd {
     fn draw(&self, wanted: &PictureWanted) -> Result<Rgb, PictureError> {
         let refused = |error: DenseError| PictureError::Gpu(error.to_string());
         let _turn = self.seat.take();
-        let extent = || {
+        let bounds = || {
             let surfels = self.model.surfels().map_err(refused)?;
-            Ok(Extent::of(surfels.iter().map(|surfel| (&surfel.position, &surfel.normal))))
+            Ok(Bounds::of(surfels.iter().map(|surfel| (&surfel.position, &surfel.normal))))
         };
         let scope = self.world_from_scope.as_ref().map(|pose| (&self.rig.left, pose));
-        let view = wanted.view(scope, extent)?;
+        let view = wanted.view(scope, bounds)?;
         Ok(self.model.render(&view, wanted.coloring).map_err(refused)?.rgb)
     }
 

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use dense::{DenseSlam, Surfel};
 use geometry::Rgb;
-use geometry::viewpoint::Extent;
+use geometry::viewpoint::Bounds;
 use gpu::Gpu;
 use protocol::v1::Reason;
 use recording::PairingStatistics;
@@ -87,8 +87,8 @@ impl Engine for GpuEngine {
     }
 
     fn draw(&self, model: &[PlySurfel], wanted: &PictureWanted) -> Result<Rgb, PictureError> {
-        let extent = || Ok(Extent::of(model.iter().map(|surfel| (&surfel.position, &surfel.normal))));
-        let view = wanted.view(None, extent)?;
+        let bounds = || Ok(Bounds::of(model.iter().map(|surfel| (&surfel.position, &surfel.normal))));
+        let view = wanted.view(None, bounds)?;
         let surfels: Vec<Surfel> = model.iter().zip(0..).map(convert::surfel_from_ply).collect();
         let seat = self.turns.seat();
         let _turn = seat.take();
