@@ -2,7 +2,7 @@
 # Installs what MIS-SLAM needs beside a Rust toolchain and a C compiler, and builds the web page.
 #
 #   config/setup.sh           what the server needs to build and run
-#   config/setup.sh --test    also what the tests need (Chromium, Python packages)
+#   config/setup.sh --test    also what the tests need (Chromium, Xvfb, Python packages)
 #   config/setup.sh --check   only report what is missing; exit 1 if something is
 #
 # Safe to run again: only what is missing is installed. Debian 12/13, Ubuntu 22.04/24.04.
@@ -90,6 +90,18 @@ install_chromium() {
     fi
 }
 
+has_xvfb() { have Xvfb; }
+install_xvfb() { apt_install xvfb; }
+
+# What a window loads when it opens.
+has_x11_libraries() {
+    local library
+    for library in libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
+        /sbin/ldconfig -p | grep -q "$library" || return 1
+    done
+}
+install_x11_libraries() { apt_install libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0; }
+
 venv=target/python
 has_python_packages() { "$venv/bin/python" -c 'import cv2, mcap, mcap_protobuf, foxglove_schemas_protobuf, numpy, rosbags, scipy' 2>/dev/null; }
 install_python_packages() {
@@ -121,6 +133,8 @@ require "web page (clients/web/dist)" has_page build_page
 if $with_tests; then
     require "web page tools (TypeScript, linter)" has_page_tools web_packages
     require "Chromium" has_chromium install_chromium
+    require "X11 libraries for the native viewer" has_x11_libraries install_x11_libraries
+    require "virtual X display (Xvfb)" has_xvfb install_xvfb
     require "Python packages ($venv)" has_python_packages install_python_packages
 fi
 exit $missing

@@ -4,5 +4,6 @@
 
 pub mod browser;
 pub mod data;
+pub mod display;
 pub mod process;
 pub mod server;

@@ -98,6 +98,18 @@ impl Server {
         }
     }
 
+    /// Waits until what was on its way to the model of the session at `path` is fused and published.
+    pub fn wait_until_still(&self, path: &str) {
+        let mut epoch_since = (self.get(path)["epoch"].clone(), Instant::now());
+        while epoch_since.1.elapsed() < Duration::from_secs(4) {
+            std::thread::park_timeout(Duration::from_millis(100));
+            let epoch = self.get(path)["epoch"].clone();
+            if epoch != epoch_since.0 {
+                epoch_since = (epoch, Instant::now());
+            }
+        }
+    }
+
     /// SIGTERM, then waits for the end.
     pub fn terminate(&mut self) -> std::process::ExitStatus {
         let mut kill = std::process::Command::new("kill");

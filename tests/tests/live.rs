@@ -39,18 +39,6 @@ fn has_model(session: &Value) -> Option<()> {
     (session["surfels"].as_u64()? > 300 && session["frames_fused"].as_u64()? > 4).then_some(())
 }
 
-/// What was on its way when the source was lost is still fused and published.
-fn wait_until_still(server: &Server, path: &str) {
-    let mut epoch_since = (server.get(path)["epoch"].clone(), Instant::now());
-    while epoch_since.1.elapsed() < Duration::from_secs(4) {
-        std::thread::park_timeout(Duration::from_millis(100));
-        let epoch = server.get(path)["epoch"].clone();
-        if epoch != epoch_since.0 {
-            epoch_since = (epoch, Instant::now());
-        }
-    }
-}
-
 #[test]
 fn two_carts_over_zenoh_and_websocket_are_shown_by_a_browser_and_a_killed_one_is_told() {
     let scratch = tempfile::tempdir().unwrap();
@@ -73,7 +61,7 @@ fn two_carts_over_zenoh_and_websocket_are_shown_by_a_browser_and_a_killed_one_is
         server.wait_for(&path, |state| (state["status"] == "source_lost").then_some(()));
         assert!(killed.elapsed() < Duration::from_secs(2), "{:?}", killed.elapsed());
 
-        wait_until_still(&server, &path);
+        server.wait_until_still(&path);
         let screenshot = scratch.path().join(session).with_extension("png");
         let seen = Browser::open(&Observation {
             url: &server.http,

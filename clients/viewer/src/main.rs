@@ -188,8 +188,10 @@ fn show(cli: &Cli, view: ViewControl) -> Result<(), ViewerError> {
         return screenshot::take(&gpu, &mut model, (view, cli.look()), picture);
     }
     let (events, proxy) = window::event_loop()?;
-    // The window may have been closed already.
-    let changed = move || drop(proxy.send_event(Changed));
+    let changed = move || {
+        // The window may have been closed already.
+        let _ = proxy.send_event(Changed);
+    };
     let model = RemoteModel::new(&gpu, Feed::start(feed, changed)?, hide_after)?;
     let options = WindowOptions {
         title: format!("{} - MIS-SLAM", cli.session),

@@ -125,7 +125,7 @@ fn write_all(
                 pen.write(entry).map_err(|error| error.to_string())?;
                 written = true;
             }
-            Taken::Nothing => {}
+            Taken::Nothing | Taken::Woken => {}
             Taken::Closed => return Ok(()),
         }
         if flushed.elapsed() < interval {
