@@ -9,6 +9,7 @@ pub mod convert;
 mod feature_picture;
 pub mod http;
 pub mod ingest;
+pub mod local_view;
 pub mod picture;
 pub mod publish;
 pub mod replay;

@@ -1,5 +1,7 @@
 //! The native viewer's feed against a real server, over both transports.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 mod support;
 
 use std::time::{Duration, Instant};

@@ -1,7 +1,7 @@
 //! A real `mis-slam serve` on loopback ports of its own.
 
 use std::io::{BufRead, BufReader};
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -24,13 +24,19 @@ impl Server {
     /// Starts a server and waits until it says where it listens.
     pub fn start(settings: &[&str]) -> Self {
         let mut command = process::program("mis-slam");
-        command.args([
-            "serve",
-            "--set",
-            "server.listen=127.0.0.1:0",
-            "--set",
-            "zenoh.listen=['tcp/127.0.0.1:0']",
-        ]);
+        command.arg("serve");
+        Self::run(command, settings)
+    }
+
+    /// As [`Self::start`], with a window on the last session on this X display.
+    pub fn start_with_window(display: &str, settings: &[&str]) -> Self {
+        let mut command = process::program("mis-slam");
+        command.args(["serve", "--view"]).env("DISPLAY", display).env_remove("WAYLAND_DISPLAY");
+        Self::run(command, settings)
+    }
+
+    fn run(mut command: Command, settings: &[&str]) -> Self {
+        command.args(["--set", "server.listen=127.0.0.1:0", "--set", "zenoh.listen=['tcp/127.0.0.1:0']"]);
         // Nothing is left behind unless a test says where.
         command.args(["--set", "storage.directory=", "--set", "storage.free_min_mib=0"]);
         for setting in settings {
@@ -112,7 +118,7 @@ impl Server {
 
     /// SIGTERM, then waits for the end.
     pub fn terminate(&mut self) -> std::process::ExitStatus {
-        let mut kill = std::process::Command::new("kill");
+        let mut kill = Command::new("kill");
         process::run({
             kill.args(["-TERM", &self.child.id().to_string()]);
             kill

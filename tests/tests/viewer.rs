@@ -1,5 +1,7 @@
 //! Pictures that the server draws, and what the native viewer shows: one model, seen from one place.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use std::path::Path;
 use std::process::{Child, Command};
 use std::time::Instant;
@@ -21,17 +23,25 @@ const SESSION: &str = "/api/sessions/liver";
 
 /// A server that has worked a recording through and holds its model.
 fn with_model(scratch: &Path) -> Server {
+    let server = Server::start(&[&storage(scratch)]);
+    work_through(&server, scratch);
+    server
+}
+
+fn storage(scratch: &Path) -> String {
+    format!("storage.directory={}", scratch.join("data").display())
+}
+
+fn work_through(server: &Server, scratch: &Path) {
     let recordings = scratch.join("data/recordings");
     std::fs::create_dir_all(&recordings).unwrap();
     std::fs::rename(data::simulate(scratch, "liver", SMALL), recordings.join("liver.mcap")).unwrap();
-    let server = Server::start(&[&format!("storage.directory={}", scratch.join("data").display())]);
     server.post(
         "/api/sessions",
         &json!({"session": "liver", "replay": {"recording": "liver.mcap", "rate": 0.0}}),
     );
     server.wait_for(SESSION, |state| (state["replay"]["ended"] == true).then_some(()));
     server.wait_until_still(SESSION);
-    server
 }
 
 fn decoded(png: Vec<u8>, size: (u32, u32)) -> Rgb {
@@ -80,11 +90,12 @@ fn likeness(a: &Rgb, b: &Rgb) -> Likeness {
 }
 
 /// The server splats discs in a compute shader, the viewer draws triangles of what came over the network, half as large
-/// again to close gaps: measured, the overlap is 0.9 at least and levels differ by 4 at most.
+/// again to close gaps: measured, the overlap is 0.97 at least and levels differ by 9 at most, where lit tissue is
+/// brighter than a level can say.
 fn assert_alike(what: &str, server: &Rgb, viewer: &Rgb) {
     let found = likeness(server, viewer);
     eprintln!("{what}: {found:?}");
-    assert!(found.coverage > 0.1 && found.overlap > 0.85 && found.levels < 6.0, "{what}: {found:?}");
+    assert!(found.coverage > 0.1 && found.overlap > 0.95 && found.levels < 12.0, "{what}: {found:?}");
 }
 
 #[test]
@@ -153,4 +164,18 @@ fn a_window_shows_the_model() {
         assert!(started.elapsed() < PATIENCE, "{:?}", likeness(&expected, &shown));
         std::thread::park_timeout(std::time::Duration::from_millis(100));
     }
+}
+
+#[test]
+fn a_server_with_a_window_draws_the_model_from_where_it_lives() {
+    let size = (1280, 960);
+    let Some(display) = VirtualDisplay::start(size) else { return };
+    let scratch = tempfile::tempdir().unwrap();
+    let mut server = Server::start_with_window(&display.name, &[&storage(scratch.path())]);
+    work_through(&server, scratch.path());
+    let expected = decoded(server.get_bytes(&format!("{SESSION}/view.png?width=1280&height=960")), size);
+    // The window keeps its place while the model grows by less than a tenth, so the two are not seen from one point.
+    let found = likeness(&expected, &display.picture());
+    assert!(found.coverage > 0.1 && found.overlap > 0.6, "{found:?}");
+    assert!(server.terminate().success());
 }

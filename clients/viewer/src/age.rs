@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use protocol::v1::SessionStatus;
 
 /// Silence of the model lane after which what it brought counts as stale (design section 8).
-const STALE_AFTER: Duration = Duration::from_millis(500);
+pub const STALE_AFTER: Duration = Duration::from_millis(500);
 
 /// Age of what a lane last brought.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,9 +22,9 @@ impl DataAge {
 
     /// The server says how old its newest data are: what is shown is at least as old.
     pub fn server_says(&mut self, now: Instant, age: Duration) {
-        if let Some(heard) = self.heard {
-            self.age_when_heard = age.saturating_sub(now.duration_since(heard));
-        }
+        // Before the first data, those that come next are as old.
+        let since = self.heard.map_or(Duration::ZERO, |heard| now.duration_since(heard));
+        self.age_when_heard = age.saturating_sub(since);
     }
 
     /// Time since data last came; `None` before the first.
@@ -59,6 +59,15 @@ mod tests {
         age.server_says(at(150), Duration::from_millis(90));
         assert_eq!(age.age(at(200)), Some(Duration::from_millis(140)));
         assert_eq!(age.silence(at(200)), Some(Duration::from_millis(100)));
+    }
+
+    #[test]
+    fn data_of_a_model_that_stands_still_are_as_old_as_was_said_before() {
+        let now = Instant::now();
+        let mut age = DataAge::default();
+        age.server_says(now, Duration::from_secs(15));
+        age.heard(now);
+        assert_eq!(age.age(now), Some(Duration::from_secs(15)));
     }
 
     #[test]

@@ -57,39 +57,49 @@ pub struct Situation<'a> {
 /// The message for a situation, or nothing.
 pub fn message_for(situation: &Situation) -> Option<Message> {
     let held = held(situation);
-    let said = |title: &str, detail: &str, tone| {
-        Some(Message { title: title.into(), detail: detail.trim().into(), tone })
+    let held = held.as_str();
+    let said = |title: &str, details: &[&str], tone| {
+        Some(Message { title: title.into(), detail: sentences(details), tone })
     };
     let Situation { status, status_text, notice, .. } = *situation;
     if situation.unknown_session {
-        return said("No such session", "It has ended, or its name is wrong.", Tone::Bad);
+        return said("No such session", &["It has ended, or its name is wrong"], Tone::Bad);
     }
     if !situation.connected && (situation.silence.is_some() || !notice.is_empty()) {
-        return said("Connection lost", &format!("Reconnecting … {notice} {held}"), Tone::Bad);
+        return said("Connection lost", &["Reconnecting …", notice, held], Tone::Bad);
     }
     match status {
-        SessionStatus::SourceLost => said("Source lost", &format!("{status_text} {held}"), Tone::Bad),
-        SessionStatus::Closed => said("Session closed", &format!("{status_text} {held}"), Tone::Quiet),
+        SessionStatus::SourceLost => said("Source lost", &[status_text, held], Tone::Bad),
+        SessionStatus::Closed => said("Session closed", &[status_text, held], Tone::Quiet),
         _ if situation.tracking == TrackingOutcome::Lost => {
-            said("Tracking lost", &format!("The model is paused. {held}"), Tone::Warning)
+            said("Tracking lost", &["The model is paused", held], Tone::Warning)
         }
-        SessionStatus::Degraded => said("Degraded", status_text, Tone::Warning),
+        SessionStatus::Degraded => said("Degraded", &[status_text], Tone::Warning),
         SessionStatus::Live if situation.silence > Some(WORTH_SAYING) => {
-            said("No new model data", &held, Tone::Warning)
+            said("No new model data", &[held], Tone::Warning)
         }
-        _ if situation.hidden => said("Model too old", &held, Tone::Warning),
+        _ if situation.hidden => said("Model too old", &[held], Tone::Warning),
         SessionStatus::Live if situation.surfels == 0 => {
-            said("Waiting for the model", "The first surfels appear in a moment.", Tone::Quiet)
+            said("Waiting for the model", &["The first surfels appear in a moment"], Tone::Quiet)
         }
-        _ if situation.surfels == 0 => said("Waiting for the model", "No video has come yet.", Tone::Quiet),
+        _ if situation.surfels == 0 => said("Waiting for the model", &["No video has come yet"], Tone::Quiet),
         _ => None,
     }
+}
+
+/// One after the other, each with its end.
+fn sentences(parts: &[&str]) -> String {
+    let ended =
+        parts.iter().map(|part| part.trim()).filter(|part| !part.is_empty()).map(|part| {
+            if part.ends_with(['.', '!', '?', '…']) { part.to_owned() } else { format!("{part}.") }
+        });
+    ended.collect::<Vec<_>>().join(" ")
 }
 
 fn held(situation: &Situation) -> String {
     let Some(age) = situation.age.filter(|_| situation.surfels > 0) else { return String::new() };
     let shown = if situation.hidden { "is hidden: it is" } else { "shown is" };
-    format!("The model {shown} {} old.", in_words(age))
+    format!("The model {shown} {} old", in_words(age))
 }
 
 fn in_words(age: Duration) -> String {
@@ -148,7 +158,7 @@ mod tests {
         let message = message_for(&lost).expect("something is said");
         assert_eq!(
             (message.detail.as_str(), message.tone),
-            ("Reconnecting …  The model shown is 12.0 s old.", Tone::Bad)
+            ("Reconnecting … The model shown is 12.0 s old.", Tone::Bad)
         );
     }
 

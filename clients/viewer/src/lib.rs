@@ -20,6 +20,7 @@ mod text;
 mod view_control;
 pub mod window;
 
+pub use age::STALE_AFTER;
 pub use banner::Message;
 pub use error::ViewerError;
 pub use feed::{Feed, FeedOptions};

@@ -9,7 +9,7 @@ use clap::{Parser, ValueEnum};
 use geometry::Pose;
 use geometry::viewpoint::{self, OVERVIEW_HALF_OPENING_TANGENT};
 use gpu::{AdapterSelection, Gpu};
-use mis_slam_view::window::{self, Changed, WindowOptions};
+use mis_slam_view::window::{self, ModelEvent, WindowOptions};
 use mis_slam_view::{Feed, FeedOptions, Look, RemoteModel, Stereo, ViewControl, ViewerError, screenshot};
 use nalgebra::Point3;
 use protocol::{Endpoint, SessionId};
@@ -44,7 +44,7 @@ struct Cli {
     /// What is in the middle.
     #[arg(long, value_name = "X,Y,Z", requires = "eye", allow_hyphen_values = true, value_parser = viewpoint::point_from_text)]
     target: Option<Point3<f64>>,
-    /// Looks from this pose: world_from_camera, metres and a unit quaternion.
+    /// Looks from this pose: `world_from_camera`, metres and a unit quaternion.
     #[arg(long, value_name = "TX,TY,TZ,QX,QY,QZ,QW", conflicts_with = "eye", allow_hyphen_values = true, value_parser = viewpoint::pose_from_text)]
     pose: Option<Pose>,
     /// With an eye or a pose: the angle by which the shorter side opens, degrees.
@@ -80,7 +80,7 @@ struct Cli {
     /// With --headless: gives up after this time, seconds.
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = positive)]
     timeout: f64,
-    /// The GPU: part of its name or its number; MIS_SLAM_ADAPTER counts more.
+    /// The GPU: part of its name or its number; `MIS_SLAM_ADAPTER` counts more.
     #[arg(long, value_name = "NAME", default_value = "")]
     adapter: String,
 }
@@ -190,7 +190,7 @@ fn show(cli: &Cli, view: ViewControl) -> Result<(), ViewerError> {
     let (events, proxy) = window::event_loop()?;
     let changed = move || {
         // The window may have been closed already.
-        let _ = proxy.send_event(Changed);
+        let _ = proxy.send_event(ModelEvent::Changed);
     };
     let model = RemoteModel::new(&gpu, Feed::start(feed, changed)?, hide_after)?;
     let options = WindowOptions {

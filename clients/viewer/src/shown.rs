@@ -39,4 +39,9 @@ pub trait Shown {
     /// # Errors
     /// As [`Gpu::storage`].
     fn arrays(&mut self, gpu: &Gpu) -> Result<SurfelArrays, GpuError>;
+
+    /// Calls `draw` while nobody else writes the arrays.
+    fn in_turn(&self, draw: &mut dyn FnMut()) {
+        draw();
+    }
 }

@@ -31,9 +31,14 @@ const PIXELS_PER_STEP: f64 = 40.0;
 const KEY_TURN: f64 = 0.025;
 const COLORINGS: [Coloring; 4] = [Coloring::Colour, Coloring::Shape, Coloring::Normal, Coloring::Confidence];
 
-/// Sent by whoever changes the model.
+/// Sent by whoever has the model.
 #[derive(Clone, Copy, Debug)]
-pub struct Changed;
+pub enum ModelEvent {
+    /// There is something new to draw.
+    Changed,
+    /// There will be nothing any more: the window closes.
+    Ended,
+}
 
 /// How a window starts.
 #[derive(Clone, Debug)]
@@ -52,8 +57,8 @@ pub struct WindowOptions {
 ///
 /// # Errors
 /// [`ViewerError::Window`] where there is no display.
-pub fn event_loop() -> Result<(EventLoop<Changed>, EventLoopProxy<Changed>), ViewerError> {
-    let built = EventLoop::<Changed>::with_user_event().build();
+pub fn event_loop() -> Result<(EventLoop<ModelEvent>, EventLoopProxy<ModelEvent>), ViewerError> {
+    let built = EventLoop::<ModelEvent>::with_user_event().build();
     let events = built.map_err(|error| ViewerError::Window(error.to_string()))?;
     let proxy = events.create_proxy();
     Ok((events, proxy))
@@ -64,7 +69,7 @@ pub fn event_loop() -> Result<(EventLoop<Changed>, EventLoopProxy<Changed>), Vie
 /// # Errors
 /// [`ViewerError`].
 pub fn run(
-    events: EventLoop<Changed>,
+    events: EventLoop<ModelEvent>,
     gpu: Arc<Gpu>,
     shown: impl Shown,
     (view, look): (ViewControl, Look),
@@ -153,7 +158,7 @@ impl OpenWindow {
     }
 
     /// Draws where there is something to draw into; a frame that cannot be shown is followed by another.
-    fn draw(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), ViewerError> {
+    fn draw(&mut self, gpu: &Gpu, shown: &impl Shown, frame: &Frame) -> Result<(), ViewerError> {
         use wgpu::CurrentSurfaceTexture as Current;
         let texture = match self.surface.get_current_texture() {
             Current::Success(texture) | Current::Suboptimal(texture) => texture,
@@ -167,7 +172,10 @@ impl OpenWindow {
         };
         let color = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let target = Target { color: &color, depth: &self.depth };
-        self.frames.draw((target, (self.config.width, self.config.height)), frame)?;
+        let target = (target, (self.config.width, self.config.height));
+        let mut drawn = Ok(());
+        shown.in_turn(&mut || drawn = self.frames.draw(target, frame));
+        drawn?;
         gpu.queue().present(texture);
         Ok(())
     }
@@ -187,7 +195,7 @@ impl<S: Shown> Viewer<S> {
             status: &self.status,
             surfels: (&arrays, weight_max),
         };
-        open.draw(&self.gpu, &frame)
+        open.draw(&self.gpu, &self.shown, &frame)
     }
 
     /// What is seen now, to the file that was named.
@@ -204,7 +212,7 @@ impl<S: Shown> Viewer<S> {
         screenshot::write(&self.options.pictures, &picture)
     }
 
-    fn press(&mut self, key: &Key, events: &ActiveEventLoop) -> Result<(), ViewerError> {
+    fn press(&mut self, key: &Key, events: &ActiveEventLoop) {
         match key.as_ref() {
             Key::Named(NamedKey::ArrowLeft) => self.view.turn(-KEY_TURN, 0.0),
             Key::Named(NamedKey::ArrowRight) => self.view.turn(KEY_TURN, 0.0),
@@ -226,7 +234,6 @@ impl<S: Shown> Viewer<S> {
             }
             _ => {}
         }
-        Ok(())
     }
 
     fn toggle_full_screen(&self) {
@@ -260,7 +267,7 @@ impl<S: Shown> Viewer<S> {
             WindowEvent::KeyboardInput {
                 event: KeyEvent { logical_key, state: ElementState::Pressed, .. },
                 ..
-            } => self.press(&logical_key, events)?,
+            } => self.press(&logical_key, events),
             WindowEvent::MouseInput { state, button, .. } => {
                 let pressed = state == ElementState::Pressed;
                 match button {
@@ -299,7 +306,7 @@ fn next_coloring(shown: Coloring) -> Coloring {
     COLORINGS[(place + 1) % COLORINGS.len()]
 }
 
-impl<S: Shown> ApplicationHandler<Changed> for Viewer<S> {
+impl<S: Shown> ApplicationHandler<ModelEvent> for Viewer<S> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STATUS_INTERVAL));
         if self.open.is_none() {
@@ -311,8 +318,11 @@ impl<S: Shown> ApplicationHandler<Changed> for Viewer<S> {
         }
     }
 
-    fn user_event(&mut self, _events: &ActiveEventLoop, _changed: Changed) {
-        self.request_redraw();
+    fn user_event(&mut self, events: &ActiveEventLoop, event: ModelEvent) {
+        match event {
+            ModelEvent::Changed => self.request_redraw(),
+            ModelEvent::Ended => events.exit(),
+        }
     }
 
     /// Staleness is no event: it is looked for.

@@ -36,6 +36,6 @@ pub use observation::Observation;
 pub use render::{BACKGROUND, Coloring, Rendering, render_surfels};
 pub use slam::{Correspondence, DenseFrame, DenseSlam, StepReport};
 pub use statistics::{BackProjection, HeldOut};
-pub use store::Surfel;
+pub use store::{ModelArrays, Surfel};
 pub use view::View;
 pub use warp_solver::WarpConfig;

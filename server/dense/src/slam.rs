@@ -11,7 +11,8 @@ use crate::model::{DiscardReason, FusionReport, SurfelModel};
 use crate::preprocess::{Preprocess, SurfaceStage};
 use crate::render::{BACKGROUND, Coloring};
 use crate::{
-    BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, Observation, Rendering, Surfel, View,
+    BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, ModelArrays, Observation, Rendering,
+    Surfel, View,
 };
 
 /// A rectified pair and what the tracker says of it.
@@ -177,6 +178,11 @@ impl DenseSlam {
     /// [`DenseError::Gpu`].
     pub fn surfels(&self) -> Result<Vec<Surfel>, DenseError> {
         self.model.surfels()
+    }
+
+    /// The arrays that the model lives in now, to be drawn from; other ones once it has grown.
+    pub fn arrays(&self) -> ModelArrays {
+        self.model.arrays()
     }
 
     /// A picture of the stable model and its depth.

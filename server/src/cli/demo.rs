@@ -59,7 +59,8 @@ impl Demo {
         let started = Instant::now();
         let collector = Arc::new(Collector::new(Running::default(), None, PointTruth::default()));
         let (engine, gpu) = serve::engine(config)?;
-        let engine = Arc::new(engine.observed_by(Arc::clone(&collector) as _));
+        let observer = Arc::clone(&collector);
+        let engine = Arc::new(engine.observed_by(move |_| Arc::clone(&observer) as _));
         let mut loopback = config.clone();
         loopback.server.listen.set_port(0);
         loopback.zenoh.enabled = false;

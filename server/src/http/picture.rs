@@ -47,7 +47,7 @@ pub(super) struct PictureQuery {
     eye: Option<String>,
     /// What is in the middle, `x,y,z`.
     target: Option<String>,
-    /// `tx,ty,tz,qx,qy,qz,qw`: world_from_camera.
+    /// `tx,ty,tz,qx,qy,qz,qw`: `world_from_camera`.
     pose: Option<String>,
     /// With `eye` or `pose`: the angle by which the shorter side opens.
     opening_deg: Option<f64>,

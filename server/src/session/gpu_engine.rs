@@ -7,6 +7,7 @@ use dense::{DenseSlam, Surfel};
 use geometry::Rgb;
 use geometry::viewpoint::Bounds;
 use gpu::Gpu;
+use protocol::SessionId;
 use protocol::v1::Reason;
 use recording::PairingStatistics;
 use recording::export::PlySurfel;
@@ -32,8 +33,11 @@ pub struct GpuEngine {
     stages: StageConfig,
     publish: PublishConfig,
     turns: Arc<GpuTurns>,
-    observer: Option<Arc<dyn Sink>>,
+    observer: Option<Box<ObserverOf>>,
 }
+
+/// What else a session's results go to.
+type ObserverOf = dyn Fn(&SessionId) -> Arc<dyn Sink> + Send + Sync;
 
 impl GpuEngine {
     /// The configured reconstruction on an open device.
@@ -48,10 +52,15 @@ impl GpuEngine {
         }
     }
 
-    /// Results also go to `observer`, after they were published.
+    /// Results of each session also go to what `observer` gives for it, after they were published.
     #[must_use]
-    pub fn observed_by(self, observer: Arc<dyn Sink>) -> Self {
-        Self { observer: Some(observer), ..self }
+    pub fn observed_by(self, observer: impl Fn(&SessionId) -> Arc<dyn Sink> + Send + Sync + 'static) -> Self {
+        Self { observer: Some(Box::new(observer)), ..self }
+    }
+
+    /// Whose turn it is on the GPU.
+    pub fn turns(&self) -> &Arc<GpuTurns> {
+        &self.turns
     }
 }
 
@@ -78,7 +87,12 @@ impl Engine for GpuEngine {
             preview: Mutex::new(Throttle::new(self.publish.preview_hz)),
             model: Mutex::new(Throttle::new(self.publish.model_hz)),
             weight_max: self.stages.dense.fusion.weight_max,
-            observers: self.observer.iter().cloned().chain([Arc::clone(&collector) as _]).collect(),
+            observers: self
+                .observer
+                .iter()
+                .map(|of| of(hub.id()))
+                .chain([Arc::clone(&collector) as _])
+                .collect(),
         };
         let worker = worker::spawn(&setup, Arc::clone(&self.gpu), pairs, Arc::new(sink))
             .map_err(|error| EngineError(error.to_string()))?;

@@ -24,7 +24,7 @@ use crate::node_graph::GraphSettings;
 use crate::render::{self, Coloring, Paint, Rendering};
 use crate::slam::Correspondence;
 use crate::statistics::Statistics;
-use crate::store::{Surfel, SurfelStore};
+use crate::store::{ModelArrays, Surfel, SurfelStore};
 use crate::tone::{self, ToneFit};
 use crate::{
     DenseError, Observation, View, change_set, compaction, disparity, followed, fusion, index_map,
@@ -271,6 +271,12 @@ impl SurfelModel {
     /// [`DenseError::Gpu`].
     pub fn surfels(&self) -> Result<Vec<Surfel>, DenseError> {
         Ok(self.bound.buffers.store.read(&self.gpu, self.counts.slots)?.stable())
+    }
+
+    /// The arrays that the model lives in now.
+    pub fn arrays(&self) -> ModelArrays {
+        let SurfelStore { geometry, orientation, appearance, history, .. } = self.bound.buffers.store.clone();
+        ModelArrays { geometry, orientation, appearance, history, slots: self.counts.slots }
     }
 
     /// The deformation nodes.

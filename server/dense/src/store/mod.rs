@@ -37,6 +37,21 @@ pub(crate) struct SurfelStore {
     pub scratch: GpuBuffer<Bits>,
 }
 
+/// Handles to the arrays that are drawn; rows as in `shared/surfel.wgsl`.
+#[derive(Clone, Debug)]
+pub struct ModelArrays {
+    /// Position in world (m), radius (m).
+    pub geometry: GpuBuffer<[f32; 4]>,
+    /// Unit normal in world, weight.
+    pub orientation: GpuBuffer<[f32; 4]>,
+    /// Red, green, blue (0-255), colour weight.
+    pub appearance: GpuBuffer<[f32; 4]>,
+    /// Id, frame last seen, frame created, state bits.
+    pub history: GpuBuffer<[u32; 4]>,
+    /// Slots in use.
+    pub slots: u32,
+}
+
 /// The published copy.
 #[derive(Clone, Debug)]
 pub(crate) struct HeldRows {
