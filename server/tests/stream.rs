@@ -41,7 +41,7 @@ impl Engine for DeformingEngine {
             loop {
                 match pairs.take_within(Duration::from_millis(5)) {
                     Taken::Value(pair) => publish(&hub, &pair, &mut held),
-                    Taken::Nothing => bring_shapes(&hub, &held),
+                    Taken::Nothing | Taken::Woken => bring_shapes(&hub, &held),
                     Taken::Closed => return,
                 }
             }

@@ -80,7 +80,9 @@ mod tests {
     fn whoever_draws_is_woken_and_who_asks_gets_the_picture() {
         let woken = Arc::new(AtomicUsize::new(0));
         let counter = Arc::clone(&woken);
-        let (inlet, waiting) = picture_queue(move || drop(counter.fetch_add(1, Ordering::Relaxed)));
+        let (inlet, waiting) = picture_queue(move || {
+            counter.fetch_add(1, Ordering::Relaxed);
+        });
         let answered = inlet.ask(WANTED).unwrap();
         assert_eq!(woken.load(Ordering::Relaxed), 1);
         let picture = Rgb::from_fn(4, 3, |_, _| [7; 3]);
