@@ -21,7 +21,8 @@ pub struct Import {
     #[arg(short, long, value_name = "REC.mcap")]
     output: PathBuf,
     /// A calibration in place of the data set's own: a rig file (config/rigs/*.toml), OpenCV, ROS or Kalibr
-    /// YAML, a StereoMIS INI file, a folder with one of these or with Hamlyn text files (see server/recording/README.md).
+    /// YAML, a StereoMIS INI file, or a folder with one of these or with Hamlyn text files; server/recording/README.md
+    /// tells more.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     /// Length of one unit of a calibration that does not tell its unit (OpenCV), millimetres.
