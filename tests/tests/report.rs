@@ -1,7 +1,5 @@
 //! `report` on what `replay` wrote.
 
-#![expect(clippy::unwrap_used, reason = "a failed step fails the test")]
-
 use std::path::Path;
 use std::process::Command;
 
