@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::{DenseError, NodeConfig, WarpConfig};
+use crate::{DenseError, FlowConfig, NodeConfig, WarpConfig};
 
 /// What one dispatch reaches: 65,535 workgroups of 64. A claim key holds four times as many slots.
 const SURFEL_LIMIT_MAX: u32 = 65_535 * 64;
@@ -25,6 +25,8 @@ pub struct DenseConfig {
     pub nodes: NodeConfig,
     /// `[dense.warp]`.
     pub warp: WarpConfig,
+    /// `[dense.flow]`.
+    pub flow: FlowConfig,
     /// `[dense.fusion]`.
     pub fusion: FusionConfig,
     /// `[dense.color]`.
@@ -139,6 +141,7 @@ impl DenseConfig {
         }
         self.nodes.check()?;
         self.warp.check()?;
+        self.flow.check()?;
         let scale = self.index_map_scale;
         require([1, 2, 4].contains(&scale), "dense.index_map_scale", f64::from(scale), "1, 2 or 4")?;
         let limit = self.surfel_limit;

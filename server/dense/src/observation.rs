@@ -22,6 +22,8 @@ pub struct Observation {
     /// 8-bit red, green, blue from the lowest byte up; the highest byte is 255 where the colour shows the tissue
     /// and 0 where it does not (specular highlight, mask).
     pub color: GpuBuffer<u32>,
+    /// Rec. 601 luma from 0 to 255 where the colour shows the tissue, -1 where it does not.
+    pub grey: GpuBuffer<f32>,
 }
 
 impl Observation {
@@ -38,6 +40,7 @@ impl Observation {
             sigma_z: gpu.storage("sigma_z", pixels)?,
             normal: gpu.storage("normal", pixels)?,
             color: gpu.storage("color", pixels)?,
+            grey: gpu.storage("grey", pixels)?,
         })
     }
 

@@ -27,7 +27,7 @@ use crate::statistics::Statistics;
 use crate::store::{ModelArrays, Surfel, SurfelStore};
 use crate::tone::{self, ToneFit};
 use crate::{
-    DenseError, Observation, View, change_set, compaction, disparity, followed, fusion, index_map,
+    DenseError, Observation, View, change_set, compaction, disparity, flow, followed, fusion, index_map,
     node_graph, preprocess, statistics, warp, warp_solver,
 };
 
@@ -40,7 +40,7 @@ const SEED_STEP: u32 = 0x9E37_79B9;
 
 /// All kernels of this crate.
 pub fn kernels() -> Vec<KernelDeclaration> {
-    let folders: [&[KernelDeclaration]; 11] = [
+    let folders: [&[KernelDeclaration]; 12] = [
         &index_map::KERNELS,
         &statistics::KERNELS,
         &tone::KERNELS,
@@ -50,6 +50,7 @@ pub fn kernels() -> Vec<KernelDeclaration> {
         &render::KERNELS,
         &node_graph::KERNELS,
         &warp::KERNELS,
+        &flow::KERNELS,
         &warp_solver::KERNELS,
         &followed::KERNELS,
     ];
@@ -187,7 +188,7 @@ impl SurfelModel {
             u32::from(counts.rejected_in_row >= self.config.rejection.frames_in_row_max);
         self.gpu.write(&self.bound.buffers.settings, 0, &[self.settings])?;
         let tick = (counts.slots, frame_index, counts.frames);
-        self.warping.prepare(&self.gpu, &mut self.bound.warp, tick)?;
+        self.warping.prepare(&self.gpu, &mut self.bound.warp, tick, counts.rejected_in_row == 0)?;
         self.tracked = *world_from_camera;
         Ok(())
     }

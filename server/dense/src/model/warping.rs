@@ -5,6 +5,7 @@ use gpu::{FrameRecorder, Gpu, GpuError, Readback};
 use nalgebra::Point3;
 
 use super::FrameBuffers;
+use crate::flow::{FlowParts, PatchFlow};
 use crate::followed::{FollowedPoints, PointPasses, Shown};
 use crate::node_graph::{ALIVE_NODES, GraphSettings, NodeGraph, NodeStore};
 use crate::slam::Correspondence;
@@ -65,6 +66,7 @@ pub(super) struct BoundWarp {
     surfels: SurfelWarp,
     nodes: NodeWarp,
     points: PointPasses,
+    flow: PatchFlow,
     solver: WarpSolver,
 }
 
@@ -74,9 +76,11 @@ impl Warping {
         let size = (observation.width, observation.height);
         let settings = SolverSettings::new(&config.warp, size);
         let nodes = NodeStore::new(gpu, &config.nodes)?;
-        let solver = SolverBuffers::new(gpu, &settings, &config.warp, nodes.capacity() as usize)?;
+        let before = FrameBefore::new(gpu, observation, config)?;
+        let room = (nodes.capacity() as usize, before.matches.len());
+        let solver = SolverBuffers::new(gpu, &settings, &config.warp, room)?;
         Ok(Self {
-            before: FrameBefore::new(gpu, observation, &config.warp)?,
+            before,
             node_state: Readback::new(gpu, "node state read", nodes.state.len())?,
             solver_state: Readback::new(gpu, "solver state read", 1)?,
             refined: Readback::new(gpu, "refined view read", 1)?,
@@ -118,6 +122,8 @@ impl Warping {
             before: &self.before,
             results: &buffers.results,
         };
+        let flow = FlowParts { view: &buffers.view, grey: &buffers.observation.grey, before: &self.before };
+        let size = (buffers.observation.width, buffers.observation.height);
         let shown = Shown {
             view: &buffers.view,
             index_scale: &buffers.index_scale,
@@ -129,6 +135,7 @@ impl Warping {
             graph: NodeGraph::new(gpu, nodes, surfels)?,
             surfels: SurfelWarp::new(gpu, &parts)?,
             nodes: NodeWarp::new(gpu, &nodes.rows, &nodes.transforms, &nodes.travelled)?,
+            flow: PatchFlow::new(gpu, &self.config.flow, size, &flow)?,
             solver: WarpSolver::new(gpu, &solver, &self.solver, &self.config.warp)?,
         })
     }
@@ -149,9 +156,10 @@ impl Warping {
             let ([from_x, from_y], [x, y]) = (pair.previous_pixel, pair.pixel);
             [from_x, from_y, x, y]
         };
-        let rows: Vec<Row> = matches.iter().take(self.before.matches.len()).map(row).collect();
+        let first = self.before.patches as usize;
+        let rows: Vec<Row> = matches.iter().take(self.before.matches.len() - first).map(row).collect();
         self.matches = rows.len() as u32;
-        gpu.write(&self.before.matches, 0, &rows)
+        gpu.write(&self.before.matches, first, &rows)
     }
 
     /// Takes up material points in the model's present shape.
@@ -174,26 +182,29 @@ impl Warping {
         Ok(rows.iter().filter(|row| row[3] != 0).map(node).collect())
     }
 
-    /// Sets the frame's counters and uses the matches up.
+    /// Sets the frame's counters and uses the matches up; `continues` where the frame before was fused.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
         bound: &mut BoundWarp,
         (surfels, frame, tick): (u32, u32, u32),
+        continues: bool,
     ) -> Result<(), GpuError> {
         let graph = GraphSettings { surfels, frame, tick, ..GraphSettings::new(&self.config.nodes) };
         gpu.write(&self.nodes.settings, 0, &[graph])?;
         let matches = std::mem::take(&mut self.matches);
-        bound.solver.prepare(gpu, matches, 2 * self.last_solved + ROOM_TO_SPARE)
+        bound.flow.prepare(gpu, continues)?;
+        bound.solver.prepare(gpu, self.before.patches + matches, 2 * self.last_solved + ROOM_TO_SPARE)
     }
 
-    /// Solves for the warp, takes the corrected pose over into the frame's view, and moves surfels and nodes.
+    /// Follows the tissue in the pictures, solves for the warp, takes the corrected pose over into the frame's view, and moves surfels and nodes.
     pub fn record_warp(
         &self,
         frame: &mut FrameRecorder,
         bound: &BoundWarp,
         (buffers, surfels): (&FrameBuffers, u32),
     ) -> Result<(), GpuError> {
+        bound.flow.record(frame)?;
         bound.solver.record(frame)?;
         frame.copy(&self.solver.refined, &buffers.view, 1)?;
         bound.surfels.record(frame, surfels)?;
@@ -213,6 +224,7 @@ impl Warping {
             bound.graph.record(frame, surfels)?;
         }
         frame.copy(&buffers.observation.depth, &self.before.depth, self.before.depth.len())?;
+        frame.copy(&buffers.observation.grey, &self.before.grey, self.before.grey.len())?;
         frame.copy(&self.solver.refined, &self.before.view, 1)?;
         self.node_state.fetch(frame, &self.nodes.state, 0);
         self.solver_state.fetch(frame, &self.solver.state, 0);

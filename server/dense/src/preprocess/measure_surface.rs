@@ -11,7 +11,7 @@ use crate::Observation;
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "measure_surface",
     include_str!("measure_surface.wgsl"),
-    &[Uniform, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite],
+    &[Uniform, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite, Read, ReadWrite],
 );
 
 /// Less disparity than this beyond that of infinity, in pixels, is all noise.
@@ -56,7 +56,7 @@ pub(super) fn bind(
     left: &EyeBuffers,
     observation: &Observation,
 ) -> Result<BoundKernel, GpuError> {
-    let Observation { depth, sigma_z, normal, color, .. } = observation;
+    let Observation { depth, sigma_z, normal, color, grey, .. } = observation;
     gpu.kernel(&DECLARATION)?
-        .bind(gpu, &[rig, planes, &left.color, &left.masked, depth, sigma_z, normal, color])
+        .bind(gpu, &[rig, planes, &left.color, &left.masked, depth, sigma_z, normal, color, &left.grey, grey])
 }

@@ -1,4 +1,4 @@
-// From disparity planes to what fusion takes: depth, its standard deviation, normal and colour.
+// From disparity planes to what fusion takes: depth, its standard deviation, normal, colour and grey value.
 //
 // z = f b / (d - d_inf); sigma_z = z^2 / (f b) sigma_d. A plane d = d0 + a (u - u0) + c (v - v0) in disparity is the
 // plane N . X = 1 in space with f b N = (a fx, c fy, d0 - d_inf - a (u0 - cx) - c (v0 - cy)): its normal is exact,
@@ -29,6 +29,8 @@ struct Triangulation {
 @group(0) @binding(5) var<storage, read_write> sigma_z: array<f32>;
 @group(0) @binding(6) var<storage, read_write> normal: array<vec4<f32>>;
 @group(0) @binding(7) var<storage, read_write> tissue_color: array<u32>;
+@group(0) @binding(8) var<storage, read> grey: array<f32>;
+@group(0) @binding(9) var<storage, read_write> tissue_grey: array<f32>;
 
 @compute @workgroup_size(64)
 fn measure_surface(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -39,6 +41,7 @@ fn measure_surface(@builtin(global_invocation_id) id: vec3<u32>) {
     let word = masked[id.y * rig.words + (id.x >> 2u)];
     let covered = ((word >> (8u * (id.x & 3u))) & 255u) != 0u;
     tissue_color[index] = (color[index] & 0x00ffffffu) | select(0xff000000u, 0u, covered);
+    tissue_grey[index] = select(grey[index], -1.0, covered);
     let plane = planes[index];
     let disparity = plane.x - rig.disparity_at_infinity;
     // also refuses NaN

@@ -34,7 +34,7 @@ fn factor(residual: u32, column: u32) -> f32 {
 // Gradient of E_rot, E_reg and rest: row `axis`.
 fn own_gradient(slot: u32, axis: u32) -> vec4<f32> {
     let a = rows_of(state.present, slot);
-    var row = vec4<f32>(0.0, 0.0, 0.0, settings.w_rest * a[axis].w);
+    var row = vec4<f32>(settings.w_rest_turn * turn_residual(a, axis), settings.w_rest * a[axis].w);
     for (var p = 0u; p < 3u; p++) {
         for (var q = p; q < 3u; q++) {
             let residual = settings.w_rot * rotation_residual(a, p, q);

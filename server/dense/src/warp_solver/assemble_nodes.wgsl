@@ -82,7 +82,7 @@ fn assemble_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
     let rows = array<vec4<f32>, 3>(estimates[half], estimates[half + 1u], estimates[half + 2u]);
     for (var c = 0u; c < 4u; c++) {
         var bending = settings.w_reg * bending_row(slot, c);
-        bending.w += select(0.0, settings.w_rest, c == 3u);
+        bending[c] += select(settings.w_rest_turn, settings.w_rest, c == 3u);
         for (var axis = 0u; axis < 3u; axis++) {
             for (var other = 0u; other < 3u; other++) {
                 let own = data[4u * axes(axis, other) + c] + settings.w_rot * rotation_row(rows, axis, c, other);

@@ -128,6 +128,10 @@ fn attach_match(number: u32) {
         return;
     }
     let pixel = nearest_pixel(pair.zw);
+    if settings.hold_out != 0u && is_held_out(pixel) {
+        return;
+    }
+    let weight = select(settings.w_corr, settings.w_flow, number < settings.patches);
     let index = pixel.y * view.size.x + pixel.x;
     let spread = max(sigma_z[index] / settings.reference_sigma_m, 1.0);
     if !is_finite(depth[index]) || depth[index] <= 0.0 || !is_finite(spread) {
@@ -141,7 +145,7 @@ fn attach_match(number: u32) {
     for (var i = 0u; i < 3u; i++) {
         let relative = select(1.0, spread, i == 0u);
         planes[first + i] = vec4<f32>(directions[i], dot(directions[i], target_mm));
-        robust[first + i] = vec2<f32>(settings.w_corr / (relative * relative), settings.match_huber_mm * relative);
+        robust[first + i] = vec2<f32>(weight / (relative * relative), settings.match_huber_mm * relative);
         attach(first + i, point.xyz, 2.0);
     }
 }

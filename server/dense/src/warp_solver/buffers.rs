@@ -3,11 +3,11 @@
 use gpu::{FrameRecorder, Gpu, GpuBuffer, GpuError};
 
 use super::{SolverSettings, SolverState, WarpConfig};
-use crate::Observation;
 use crate::index_map::IndexMap;
 use crate::node_graph::{EDGES, NodeStore};
 use crate::store::{Bits, Row, SurfelStore};
 use crate::view::GpuView;
+use crate::{DenseConfig, Observation};
 
 /// Invocations that sum over all residuals; as in `solver.wgsl`.
 const PARTIALS: usize = 512;
@@ -37,25 +37,34 @@ pub(crate) struct SolverParts<'a> {
 pub(crate) struct FrameBefore {
     /// Depth then, m.
     pub depth: GpuBuffer<f32>,
+    /// Grey values then.
+    pub grey: GpuBuffer<f32>,
     /// Corrected view then.
     pub view: GpuBuffer<GpuView>,
-    /// Previous pixel and pixel of each match.
+    /// Previous pixel and pixel of each match: first those of the patches, then those of the tracker.
     pub matches: GpuBuffer<Row>,
+    /// How many are of patches.
+    pub patches: u32,
 }
 
 impl FrameBefore {
     /// For pictures like `observation`; to be cleared before use.
-    pub fn new(gpu: &Gpu, observation: &Observation, config: &WarpConfig) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, observation: &Observation, config: &DenseConfig) -> Result<Self, GpuError> {
+        let (_, [columns, rows]) = config.flow.grid((observation.width, observation.height));
+        let patches = columns * rows;
         Ok(Self {
             depth: gpu.storage("depth before", observation.depth.len())?,
+            grey: gpu.storage("grey before", observation.grey.len())?,
             view: gpu.storage("view before", 1)?,
-            matches: gpu.storage("matches", config.matches_max as usize)?,
+            matches: gpu.storage("matches", (patches + config.warp.matches_max).max(1) as usize)?,
+            patches,
         })
     }
 
     /// Knows of no frame.
     pub fn clear(&self, frame: &mut FrameRecorder) {
         frame.clear(&self.depth);
+        frame.clear(&self.grey);
         frame.clear(&self.view);
     }
 }
@@ -105,14 +114,14 @@ pub(crate) struct SolverBuffers {
 }
 
 impl SolverBuffers {
-    /// For the residuals of `settings` with the most matches, and `nodes` slots.
+    /// For the residuals of `settings`, with `matches` of them at most, and `nodes` slots.
     pub fn new(
         gpu: &Gpu,
         settings: &SolverSettings,
         config: &WarpConfig,
-        nodes: usize,
+        (nodes, matches): (usize, usize),
     ) -> Result<Self, GpuError> {
-        let all = SolverSettings { matches: config.matches_max, ..*settings };
+        let all = SolverSettings { matches: matches as u32, ..*settings };
         let (residuals, solved) = (all.residuals() as usize, config.solved_max as usize);
         let rows = |label, len| gpu.storage::<Row>(label, len);
         Ok(Self {

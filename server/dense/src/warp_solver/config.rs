@@ -32,14 +32,18 @@ pub struct WarpConfig {
     pub smoothness_weight: f64,
     /// The paper's `w_data`.
     pub data_weight: f64,
-    /// The paper's `w_corr`.
+    /// The paper's `w_corr`, of the tracker's matches.
     pub match_weight: f64,
+    /// The same of the patches that were followed.
+    pub flow_weight: f64,
     /// The paper's `w_r`, per square radian.
     pub pose_turn_weight: f64,
     /// The paper's `w_p`.
     pub pose_shift_weight: f64,
     /// Weight of a node's way: what could be the camera's motion is not the tissue's.
     pub rest_weight: f64,
+    /// The same of its turn and stretch: the difference of `A` and the identity.
+    pub rest_turn_weight: f64,
     /// Where Huber's kernel of a data residual turns linear, for a measurement of the reference spread.
     pub huber_mm: f64,
     /// The same of a match.
@@ -67,6 +71,8 @@ impl WarpConfig {
             ("dense.warp.rotation_weight", self.rotation_weight),
             ("dense.warp.smoothness_weight", self.smoothness_weight),
             ("dense.warp.rest_weight", self.rest_weight),
+            ("dense.warp.rest_turn_weight", self.rest_turn_weight),
+            ("dense.warp.flow_weight", self.flow_weight),
             ("dense.warp.huber_mm", self.huber_mm),
             ("dense.warp.match_huber_mm", self.match_huber_mm),
             ("dense.warp.gate_mm", self.gate_mm),

@@ -87,6 +87,7 @@ pub(crate) struct WarpSolver {
     buffers: SolverBuffers,
     config: WarpConfig,
     settings: SolverSettings,
+    matches_max: u32,
     node_slots: u32,
     passes: Passes,
 }
@@ -126,15 +127,17 @@ impl WarpSolver {
         Ok(Self {
             buffers: buffers.clone(),
             config: config.clone(),
-            settings: SolverSettings::new(config, size),
+            settings: SolverSettings { patches: parts.before.patches, ..SolverSettings::new(config, size) },
+            matches_max: parts.before.matches.len() as u32,
             node_slots: parts.nodes.capacity(),
             passes: Passes::new(gpu, parts, buffers)?,
         })
     }
 
-    /// Sets the number of matches in `FrameBefore::matches` and the most nodes to solve; before the submission.
+    /// Sets the number of matches in `FrameBefore::matches`, those of patches among them, and the most nodes to solve;
+    /// before the submission.
     pub fn prepare(&mut self, gpu: &Gpu, matches: u32, room: u32) -> Result<(), GpuError> {
-        self.settings.matches = matches.min(self.config.matches_max);
+        self.settings.matches = matches.min(self.matches_max);
         self.settings.room = room.min(self.config.solved_max);
         gpu.write(&self.buffers.settings, 0, &[self.settings])
     }

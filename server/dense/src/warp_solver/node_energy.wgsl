@@ -25,5 +25,11 @@ fn node_energy(half: u32, slot: u32) -> f32 {
         }
     }
     let way = vec3<f32>(a[0].w, a[1].w, a[2].w);
-    return settings.w_rot * rotation + settings.w_reg * bending + settings.w_rest * dot(way, way);
+    var turn = 0.0;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let off = turn_residual(a, axis);
+        turn += dot(off, off);
+    }
+    return settings.w_rot * rotation + settings.w_reg * bending + settings.w_rest * dot(way, way)
+        + settings.w_rest_turn * turn;
 }

@@ -5,6 +5,13 @@ fn rotation_residual(a: array<vec4<f32>, 3>, p: u32, q: u32) -> f32 {
     return a[0][p] * a[0][q] + a[1][p] * a[1][q] + a[2][p] * a[2][q] - select(0.0, 1.0, p == q);
 }
 
+// Row `axis` of A less that of the identity.
+fn turn_residual(a: array<vec4<f32>, 3>, axis: u32) -> vec3<f32> {
+    var row = a[axis].xyz;
+    row[axis] -= 1.0;
+    return row;
+}
+
 // A_j (g_k - g_j) + g_j + t_j - (g_k + t_k), millimetres.
 fn edge_residual(half: u32, from_slot: u32, to_slot: u32) -> vec3<f32> {
     let across = MM * (node_point(nodes[to_slot]) - node_point(nodes[from_slot]));

@@ -185,11 +185,13 @@ impl Problem {
     }
 
     fn rest_rows(&self, node: usize, estimate: &Estimate) -> Vec<Row> {
-        let row = |axis: usize| {
-            let by = self.unknown(node, axis, 3).map(|unknown| (unknown, 1.0)).into_iter().collect();
-            Row::squared(Term::Rest, estimate.nodes[node][(axis, 3)], self.settings.w_rest, by)
+        let off = estimate.nodes[node] - Matrix3x4::identity();
+        let row = |(axis, column): (usize, usize)| {
+            let by = self.unknown(node, axis, column).map(|unknown| (unknown, 1.0)).into_iter().collect();
+            let weight = if column == 3 { self.settings.w_rest } else { self.settings.w_rest_turn };
+            Row::squared(Term::Rest, off[(axis, column)], weight, by)
         };
-        (0..3).map(row).collect()
+        (0..3).flat_map(|axis| (0..4).map(move |column| (axis, column))).map(row).collect()
     }
 
     fn edge_rows(&self, node: usize, other: usize, estimate: &Estimate) -> Vec<Row> {
@@ -275,7 +277,7 @@ mod tests {
     fn problem(numbers: &mut Numbers) -> Problem {
         let nodes: Vec<_> = (0..5).map(|_| 0.01 * numbers.vector()).collect();
         let mut settings = SolverSettings::new(&config().warp, (64, 48));
-        (settings.w_rest, settings.w_reg) = (0.3, 20.0);
+        (settings.w_rest, settings.w_rest_turn, settings.w_reg) = (0.3, 7.0, 20.0);
         let point = |numbers: &mut Numbers, term| PointResidual {
             term,
             point: 0.01 * numbers.vector(),

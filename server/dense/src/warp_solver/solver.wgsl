@@ -9,7 +9,9 @@ struct SolverSettings {
     columns: u32,
     rows: u32,
     stride: u32,
+    // and how many of the matches, which come first, are patches that were followed
     matches: u32,
+    patches: u32,
     // most nodes solved
     room: u32,
     // weights of the paper, and of a node at rest
@@ -17,9 +19,11 @@ struct SolverSettings {
     w_reg: f32,
     w_data: f32,
     w_corr: f32,
+    w_flow: f32,
     w_r: f32,
     w_p: f32,
     w_rest: f32,
+    w_rest_turn: f32,
     // where the kernel turns linear, in millimetres at the reference spread
     huber_mm: f32,
     match_huber_mm: f32,

@@ -65,6 +65,7 @@ impl Scene {
         let mut config = config();
         (config.nodes.spacing_mm, config.nodes.capacity, config.warp.solved_max) = (8.0, 256, 200);
         (config.warp.gate_mm, config.warp.angle_max_deg, config.warp.energy_tolerance) = (8.0, 60.0, 0.0);
+        config.flow.patches_max = 0;
         warp(&mut config.warp);
         let rotation = UnitQuaternion::from_euler_angles(0.2, -0.1, 0.3);
         let world_from_camera = Pose::from_parts(Vector3::new(0.02, -0.01, 0.03).into(), rotation);
@@ -75,7 +76,7 @@ impl Scene {
         let buffers = FrameBuffers::new(&gpu, &rig, &observation, store, &config).unwrap();
         let nodes = NodeStore::new(&gpu, &config.nodes).unwrap();
         let graph = NodeGraph::new(&gpu, &nodes, &buffers.store).unwrap();
-        let before = FrameBefore::new(&gpu, &observation, &config.warp).unwrap();
+        let before = FrameBefore::new(&gpu, &observation, &config).unwrap();
         let surfels = WIDTH * HEIGHT;
         let scene = Self { gpu, view, observation, buffers, nodes, graph, before, config, surfels };
         scene.upload(&mut Numbers::new(seed));
@@ -165,7 +166,8 @@ impl Scene {
         };
         let settings = SolverSettings::new(&self.config.warp, (WIDTH, HEIGHT));
         let nodes = self.nodes.capacity() as usize;
-        let buffers = SolverBuffers::new(&self.gpu, &settings, &self.config.warp, nodes).unwrap();
+        let room = (nodes, self.before.matches.len());
+        let buffers = SolverBuffers::new(&self.gpu, &settings, &self.config.warp, room).unwrap();
         let mut solver = WarpSolver::new(&self.gpu, &parts, &buffers, &self.config.warp).unwrap();
         solver.prepare(&self.gpu, MATCHES as u32, 200).unwrap();
         let splat = SplatSettings {
