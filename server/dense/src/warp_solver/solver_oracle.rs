@@ -66,6 +66,8 @@ impl Scene {
         (config.nodes.spacing_mm, config.nodes.capacity, config.warp.solved_max) = (8.0, 256, 200);
         (config.warp.gate_mm, config.warp.angle_max_deg, config.warp.energy_tolerance) = (8.0, 60.0, 0.0);
         config.flow.patches_max = 0;
+        // those that the bounds below were measured with
+        (config.warp.match_weight, config.warp.reference_sigma_mm) = (10.0, 0.1);
         warp(&mut config.warp);
         let rotation = UnitQuaternion::from_euler_angles(0.2, -0.1, 0.3);
         let world_from_camera = Pose::from_parts(Vector3::new(0.02, -0.01, 0.03).into(), rotation);
