@@ -1,4 +1,4 @@
-//! Patches of tissue followed from picture to picture: the matches of E_corr (design: section 7), as many as there are
+//! Patches of tissue followed from picture to picture: the matches of `E_corr` (design: section 7), as many as there are
 //! textured places, to a fraction of a pixel. The paper takes those of ORB alone, which are a few hundred and whole pixels
 //! off where tissue deforms; across the line of sight nothing else holds the model to the tissue.
 //!
