@@ -33,8 +33,19 @@ async function countColors(page, image, area) {
 /** What the empty background has at most: a gradient in few steps. */
 const BACKGROUND_COLORS = 12;
 
-/** Leaves the 3-D view alone on the page: buttons, banners and legends lie over it. */
-const NOTHING_OVER_THE_VIEW = '.stage > :not(canvas) { visibility: hidden !important; }';
+/**
+ * Hides or shows what lies over the 3-D view: buttons, banners and legends. By properties, because the page's content
+ * security policy allows no style sheet but its own.
+ * @param {import('playwright-core').Page} page
+ * @param {'hidden' | ''} visibility
+ */
+function setOverlays(page, visibility) {
+  return page.locator('.stage > :not(canvas)').evaluateAll((overlays, visibility) => {
+    for (const overlay of overlays) {
+      if (overlay instanceof HTMLElement) overlay.style.visibility = visibility;
+    }
+  }, visibility);
+}
 
 /** Frames after which what the page has just taken in is in its 3-D view. */
 const FRAMES_BEHIND = 3;
@@ -54,7 +65,12 @@ async function drawn(page) {
  */
 export async function viewPicture(page) {
   await drawn(page);
-  return page.locator('.stage canvas').screenshot({ style: NOTHING_OVER_THE_VIEW });
+  await setOverlays(page, 'hidden');
+  try {
+    return await page.locator('.stage canvas').screenshot();
+  } finally {
+    await setOverlays(page, '');
+  }
 }
 
 /**
