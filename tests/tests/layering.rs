@@ -17,8 +17,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("render", &["geometry", "gpu"]),
     ("evaluation", &["geometry", "recording"]),
     ("reporting", &["evaluation", "geometry", "recording"]),
-    ("mis-slam-cart", &["geometry", "protocol", "recording", "settings"]),
-    ("mis-slam-view", &["geometry", "gpu", "protocol", "render", "replica"]),
+    ("connection", &["protocol"]),
+    ("mis-slam-cart", &["connection", "geometry", "protocol", "recording", "settings"]),
+    ("mis-slam-view", &["connection", "geometry", "gpu", "protocol", "render", "replica"]),
     ("replica", &["protocol"]),
     (
         "mis-slam",
@@ -60,6 +61,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
 const FORBIDDEN: &[(&str, &[&str])] = &[
     ("protocol", &["tokio", "wgpu", "zenoh", "nalgebra"]),
     ("replica", &["tokio", "wgpu", "zenoh", "nalgebra"]),
+    ("connection", &["wgpu", "nalgebra"]),
     ("geometry", &["tokio", "wgpu", "zenoh"]),
     ("tracking", &["tokio", "wgpu", "zenoh", "prost"]),
     ("dense", &["tokio", "zenoh", "prost"]),

@@ -4,13 +4,14 @@ use std::future::Future;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use connection::LinkError;
 use protocol::SessionId;
 use protocol::v1::{Reason, from_server};
 use recording::RecordingError;
 use tokio::task::JoinHandle;
 
 use crate::config::{CartConfig, ConnectionConfig};
-use crate::link::{Joined, Link, LinkError, Purpose};
+use crate::link::{Joined, Link, Purpose};
 use crate::open::Source;
 use crate::queue::{QueueOutlet, queue};
 use crate::report::{Progress, PublishReport, Tally};

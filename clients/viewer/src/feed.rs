@@ -4,12 +4,13 @@ use std::hash::{BuildHasher, RandomState};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use connection::LinkError;
 use protocol::v1::Reason;
 use protocol::{Endpoint, SessionId};
 
 use crate::ViewerError;
 use crate::followed::Followed;
-use crate::link::{Link, LinkError};
+use crate::link::Link;
 use crate::scene::Scene;
 
 /// Session states come a few times a second: after this silence the network has to be taken for broken.

@@ -195,16 +195,7 @@ impl TestServer {
 
     /// A client of the server's zenoh that looks for no others.
     pub async fn zenoh_client(&self) -> zenoh::Session {
-        let mut config = zenoh::Config::default();
-        for (key, value) in [
-            ("mode", serde_json::json!("client")),
-            ("connect/endpoints", serde_json::json!(self.zenoh_endpoints)),
-            ("scouting/multicast/enabled", serde_json::json!(false)),
-            ("scouting/gossip/enabled", serde_json::json!(false)),
-        ] {
-            config.insert_json5(key, &value.to_string()).unwrap();
-        }
-        within(zenoh::open(config)).await.unwrap()
+        within(connection::zenoh::open(&self.zenoh_endpoints[0])).await.unwrap()
     }
 
     /// A greeted connection.

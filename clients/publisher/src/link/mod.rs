@@ -1,32 +1,13 @@
 //! A connection to the server; both transports carry the same envelopes.
 
-use protocol::v1::{Calibration, Reason, StereoPair, from_server};
-use protocol::{Bytes, SessionId};
+use connection::LinkError;
+use protocol::SessionId;
+use protocol::v1::{Calibration, StereoPair, from_server};
 
 use crate::Endpoint;
 
 mod websocket;
 mod zenoh;
-
-/// Why there is no connection, or not any more.
-#[derive(Debug)]
-pub enum LinkError {
-    /// It may work later.
-    Lost(String),
-    /// The server does not want it.
-    Refused {
-        /// Its reason.
-        reason: Reason,
-        /// What it says.
-        text: String,
-    },
-}
-
-impl LinkError {
-    fn lost(problem: impl std::fmt::Display) -> Self {
-        Self::Lost(problem.to_string())
-    }
-}
 
 /// A connection on which the session takes pairs.
 pub enum Link {
@@ -102,27 +83,6 @@ impl Link {
             Self::WebSocket(link) => link.close().await,
             Self::Zenoh(link) => link.close().await,
         }
-    }
-}
-
-/// A body, or why there is none.
-fn read(bytes: Bytes) -> Result<Option<from_server::Body>, LinkError> {
-    protocol::decode_from_server(bytes).map(|envelope| envelope.body).map_err(LinkError::lost)
-}
-
-/// The greeting that the server must answer with; gives the takeover token in it.
-fn expect_hello(body: Option<from_server::Body>) -> Result<String, LinkError> {
-    match body {
-        Some(from_server::Body::Hello(hello)) => match protocol::negotiate(&hello) {
-            Ok(_) => Ok(hello.takeover_token),
-            Err(error) => {
-                Err(LinkError::Refused { reason: Reason::UnsupportedVersion, text: error.to_string() })
-            }
-        },
-        Some(from_server::Body::Refusal(refusal)) => {
-            Err(LinkError::Refused { reason: refusal.reason(), text: refusal.text })
-        }
-        _ => Err(LinkError::lost("the server answers with something else than a hello")),
     }
 }
 

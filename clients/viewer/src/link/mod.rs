@@ -3,8 +3,9 @@
 mod websocket;
 mod zenoh;
 
-use protocol::v1::{Reason, from_server};
-use protocol::{Bytes, Endpoint, SessionId};
+use connection::LinkError;
+use protocol::v1::from_server;
+use protocol::{Endpoint, SessionId};
 
 /// A connection that was greeted; the model comes by itself.
 pub enum Link {
@@ -12,28 +13,6 @@ pub enum Link {
     WebSocket(Box<websocket::WebSocketLink>),
     /// Over zenoh.
     Zenoh(Box<zenoh::ZenohLink>),
-}
-
-/// Why there is no connection, or not any more.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LinkError {
-    /// The server does not want it.
-    #[error("{text}")]
-    Refused {
-        /// Its reason.
-        reason: Reason,
-        /// What it says.
-        text: String,
-    },
-    /// The network, or what came over it.
-    #[error("{0}")]
-    Lost(String),
-}
-
-impl LinkError {
-    fn lost(error: impl std::fmt::Display) -> Self {
-        Self::Lost(error.to_string())
-    }
 }
 
 impl Link {
@@ -73,24 +52,6 @@ impl Link {
             Self::WebSocket(link) => link.resync(held_epoch).await,
             Self::Zenoh(link) => link.ask_for_snapshot().await,
         }
-    }
-}
-
-/// A body, or why there is none.
-fn read(bytes: Bytes) -> Result<Option<from_server::Body>, LinkError> {
-    protocol::decode_from_server(bytes).map(|envelope| envelope.body).map_err(LinkError::lost)
-}
-
-/// The greeting that the server must answer with.
-fn expect_hello(body: Option<from_server::Body>) -> Result<(), LinkError> {
-    match body {
-        Some(from_server::Body::Hello(hello)) => protocol::negotiate(&hello).map(drop).map_err(|error| {
-            LinkError::Refused { reason: Reason::UnsupportedVersion, text: error.to_string() }
-        }),
-        Some(from_server::Body::Refusal(refusal)) => {
-            Err(LinkError::Refused { reason: refusal.reason(), text: refusal.text })
-        }
-        _ => Err(LinkError::lost("the server answers with something else than a hello")),
     }
 }
 
