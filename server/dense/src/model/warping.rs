@@ -222,10 +222,10 @@ impl Warping {
         self.followed.record_snap(frame, &bound.points)?;
         if !self.is_rigid() {
             bound.graph.record(frame, surfels)?;
+            frame.copy(&buffers.observation.depth, &self.before.depth, self.before.depth.len())?;
+            frame.copy(&buffers.observation.grey, &self.before.grey, self.before.grey.len())?;
+            frame.copy(&self.solver.refined, &self.before.view, 1)?;
         }
-        frame.copy(&buffers.observation.depth, &self.before.depth, self.before.depth.len())?;
-        frame.copy(&buffers.observation.grey, &self.before.grey, self.before.grey.len())?;
-        frame.copy(&self.solver.refined, &self.before.view, 1)?;
         self.node_state.fetch(frame, &self.nodes.state, 0);
         self.solver_state.fetch(frame, &self.solver.state, 0);
         self.refined.fetch(frame, &self.solver.refined, 0);

@@ -51,11 +51,7 @@ fn nearest_pixel(at: vec2<f32>) -> vec2<u32> {
     return vec2<u32>(clamp(round(at), vec2<f32>(0.0), vec2<f32>(view.size) - 1.0));
 }
 
-fn attach(residual: u32, point: vec3<f32>, kind: f32) {
-    if !all_finite(point) {
-        return;
-    }
-    let binding = bind_to_nodes(point);
+fn attach(residual: u32, binding: NodeBinding, point: vec3<f32>, kind: f32) {
     if binding.slots.x == NO_NODE {
         return;
     }
@@ -89,8 +85,11 @@ fn attach_pixel(residual: u32) {
     if slot == NO_NODE || !all_finite(orientation[slot].xyz) {
         return;
     }
+    let point = geometry[slot].xyz;
     normals[residual] = vec4<f32>(orientation[slot].xyz, 0.0);
-    attach(residual, geometry[slot].xyz, 1.0);
+    if all_finite(point) {
+        attach(residual, bind_to_nodes(point), point, 1.0);
+    }
 }
 
 // The model point that was at a match's old pixel, from the depth then, drawn onto the surfel that shows it now.
@@ -142,11 +141,13 @@ fn attach_match(number: u32) {
     let across = normalize(cross(along, vec3<f32>(0.0, 1.0, 0.0)));
     let directions = array<vec3<f32>, 3>(along, across, cross(along, across));
     let first = settings.columns * settings.rows + 3u * number;
+    // its point is finite: see `matched_point`
+    let binding = bind_to_nodes(point.xyz);
     for (var i = 0u; i < 3u; i++) {
         let relative = select(1.0, spread, i == 0u);
         planes[first + i] = vec4<f32>(directions[i], dot(directions[i], target_mm));
         robust[first + i] = vec2<f32>(weight / (relative * relative), settings.match_huber_mm * relative);
-        attach(first + i, point.xyz, 2.0);
+        attach(first + i, binding, point.xyz, 2.0);
     }
 }
 
