@@ -136,9 +136,7 @@ impl DenseConfig {
             ("dense.publish.batch", f64::from(self.publish.batch)),
             ("dense.surfel_capacity", f64::from(self.surfel_capacity)),
         ];
-        for (field, value) in positive {
-            require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")?;
-        }
+        all_positive(&positive)?;
         self.nodes.check()?;
         self.warp.check()?;
         self.flow.check()?;
@@ -158,6 +156,13 @@ pub(crate) fn require(
     requirement: &'static str,
 ) -> Result<(), DenseError> {
     if holds { Ok(()) } else { Err(DenseError::Config { field, value, requirement }) }
+}
+
+/// Refuses the first value that is not a finite number above 0.
+pub(crate) fn all_positive(values: &[(&'static str, f64)]) -> Result<(), DenseError> {
+    values.iter().try_for_each(|&(field, value)| {
+        require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")
+    })
 }
 
 /// Millimetres in the configuration, metres in kernels.

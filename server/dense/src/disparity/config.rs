@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::elas::ElasConfig;
 use crate::DenseError;
-use crate::config::require;
+use crate::config::{all_positive, require};
 
 /// Largest Hamming distance of two descriptors.
 pub(super) const COST_MAX: u32 = 31;
@@ -298,12 +298,6 @@ impl FilterConfig {
         ];
         all_positive(&positive)
     }
-}
-
-fn all_positive(values: &[(&'static str, f64)]) -> Result<(), DenseError> {
-    values.iter().try_for_each(|&(field, value)| {
-        require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")
-    })
 }
 
 impl SpreadConfig {

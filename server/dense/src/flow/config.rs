@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::DenseError;
-use crate::config::require;
+use crate::config::{all_positive, require};
 
 /// The largest patch: its sums stay well within single precision.
 const RADIUS_LIMIT: u32 = 15;
@@ -37,9 +37,7 @@ impl FlowConfig {
             ("dense.flow.misfit_max", self.misfit_max),
             ("dense.flow.steps", f64::from(self.steps)),
         ];
-        for (field, value) in positive {
-            require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")?;
-        }
+        all_positive(&positive)?;
         let radius = self.radius;
         require(
             (2..=RADIUS_LIMIT).contains(&radius),

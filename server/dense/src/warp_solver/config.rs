@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::DenseError;
-use crate::config::require;
+use crate::config::{all_positive, require};
 
 /// The most nodes solved that a configuration may ask for.
 const SOLVED_LIMIT: u32 = 8192;
@@ -80,9 +80,7 @@ impl WarpConfig {
             ("dense.warp.damping", self.damping),
             ("dense.warp.residuals_max", f64::from(self.residuals_max)),
         ];
-        for (field, value) in positive {
-            require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")?;
-        }
+        all_positive(&positive)?;
         let solved = self.solved_max;
         let usable = (1..=SOLVED_LIMIT).contains(&solved);
         require(usable, "dense.warp.solved_max", f64::from(solved), "from 1 to 8192")

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::DenseError;
-use crate::config::require;
+use crate::config::{all_positive, require};
 
 /// Most disparities searched to each side of the prior: what the table of its bonuses holds.
 const RADIUS_MAX: f64 = 15.0;
@@ -78,9 +78,7 @@ impl ElasConfig {
             ("disparity.elas.sradius", self.sradius),
             ("disparity.elas.speckle_sim_threshold", self.speckle_sim_threshold),
         ];
-        for (field, value) in above_zero {
-            require(value.is_finite() && value > 0.0, field, value, "a finite number above 0")?;
-        }
+        all_positive(&above_zero)?;
         let from_zero = [
             ("disparity.elas.lr_threshold", self.lr_threshold),
             ("disparity.elas.rise_sigma_px", self.rise_sigma_px),
