@@ -55,7 +55,9 @@ export class SessionList implements Page {
     this.empty.hidden = sessions.length > 0;
     // Rows that are still the same stay, so that the keyboard's focus stays on them.
     if (ids.join('\n') !== this.shown) {
-      this.thumbnails = ids.map((id) => new Thumbnail(id));
+      // So do their pictures: each is drawn by the server.
+      const held = new Map(this.thumbnails.map((thumbnail) => [thumbnail.session, thumbnail]));
+      this.thumbnails = ids.map((id) => held.get(id) ?? new Thumbnail(id));
       this.rows.replaceChildren(...ids.map((id, i) => row(id, this.thumbnails[i] as Thumbnail)));
     }
     this.shown = ids.join('\n');

@@ -12,7 +12,7 @@ export class Thumbnail {
   readonly root: HTMLElement;
   private askedMs = Number.NEGATIVE_INFINITY;
 
-  constructor(private readonly session: string) {
+  constructor(readonly session: string) {
     const { width, height } = SIZE_PX;
     this.image = element('img', {
       alt: `Model of session ${session}`,
