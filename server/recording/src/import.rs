@@ -209,9 +209,11 @@ impl Given {
             let problem = format!("a frame rate of {rate_hz} Hz; it must be above 0");
             return Err(RecordingError::input(request.source, problem));
         }
-        let image_px = files::any_image_size_px(request.source);
-        let hints = CalibrationHints { image_px, unit_m: request.calibration_unit_m };
-        let rig = request.calibration.map(|path| read_calibration(path, &hints)).transpose()?;
+        let read = |path| {
+            let image_px = files::any_image_size_px(request.source);
+            read_calibration(path, &CalibrationHints { image_px, unit_m: request.calibration_unit_m })
+        };
+        let rig = request.calibration.map(read).transpose()?;
         Ok(Self { rig, frame_rate_hz: request.frame_rate_hz })
     }
 

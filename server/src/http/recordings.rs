@@ -70,7 +70,8 @@ pub(super) async fn remove(
     Path(name): Path<String>,
 ) -> Result<StatusCode, Rejection> {
     let storage = require(&app, &caller, Scope::Manage, &name)?;
-    let removed = storage.remove_recording(&name).map_err(internal)?;
+    let wanted = name.clone();
+    let removed = off_runtime(move || storage.remove_recording(&wanted)).await?.map_err(internal)?;
     if removed { Ok(StatusCode::NO_CONTENT) } else { Err(unknown(&name)) }
 }
 

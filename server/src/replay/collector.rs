@@ -227,7 +227,9 @@ impl Sink for Collector {
         if let Err(error) = drawn {
             collected.error.get_or_insert_with(|| Arc::new(WorkerError::Sink(error)));
         }
-        collected.tracking.push(TrackingRow::new(pair));
+        if self.extent == Extent::Whole {
+            collected.tracking.push(TrackingRow::new(pair));
+        }
         collected.time("rectify", "cpu", pair.rectify_ms);
         collected.time("tracking", "cpu", pair.tracking_ms);
         collected.front_ms.insert(pair.sequence, pair.rectify_ms + pair.tracking_ms);
