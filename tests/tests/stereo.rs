@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use geometry::{Raster, Rgb};
+use recording::export::read_pfm;
 use tests::data::shared_data;
 use tests::process::{described, program, run, run_any};
 
@@ -24,20 +25,6 @@ fn read_image(path: &Path) -> Rgb {
 
 fn write_image(path: &Path, image: &Rgb) {
     std::fs::write(path, recording::encode_png_rgb(image).unwrap().bytes).unwrap();
-}
-
-/// The disparities of a PFM file, from the top row down.
-fn read_pfm(path: &Path) -> Raster<f32> {
-    let bytes = std::fs::read(path).unwrap();
-    let header = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(2).unwrap().0;
-    let size = std::str::from_utf8(&bytes[..header]).unwrap().lines().nth(1).unwrap();
-    let (width, height) = size.split_once(' ').unwrap();
-    let (width, height): (u32, u32) = (width.parse().unwrap(), height.parse().unwrap());
-    let values: Vec<f32> = bytes[header + 1..]
-        .chunks_exact(4)
-        .map(|four| f32::from_le_bytes(four.try_into().unwrap()))
-        .collect();
-    Raster::from_fn(width, height, |x, y| values[((height - 1 - y) * width + x) as usize])
 }
 
 /// Disparity of the rendered pair: Z = round(G 100/255) + R/255 scene units, f B = 260.
@@ -72,7 +59,8 @@ fn rows_two_pixels_off_are_levelled_and_cost_little() {
     let out = scratch.path().join("shifted.pfm");
     let output = run(disparity(&left, &shifted, &out));
     assert!(described(&output).contains("rows levelled"), "{}", described(&output));
-    let (before, after) = (share_off(&read_pfm(&level), &truth), share_off(&read_pfm(&out), &truth));
+    let off = |pfm: &Path| share_off(&read_pfm(pfm).unwrap(), &truth);
+    let (before, after) = (off(&level), off(&out));
     assert!(after < 1.15 * before, "{before} off level, {after} with rows 2 px apart");
 }
 
