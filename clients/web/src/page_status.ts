@@ -40,6 +40,8 @@ export interface PageStatus {
   readonly previews: number;
   /** Images of the 3-D view drawn. */
   readonly framesDrawn: number;
+  /** Whether the 3-D view shows the model and rests: it glides to no other place. */
+  readonly viewRests: boolean;
   /** How often the model was asked for again. */
   readonly resyncs: number;
   /** Notes on the tissue. */
@@ -71,6 +73,7 @@ const LIST_STATUS: PartOfPage = {
   poses: 0,
   previews: 0,
   framesDrawn: 0,
+  viewRests: false,
   resyncs: 0,
   notes: 0,
   headset: null,

@@ -93,6 +93,11 @@ export class Stage {
     return this.frames;
   }
 
+  /** Whether the view has been put before the model, and rests. */
+  get viewRests(): boolean {
+    return this.fitted !== undefined && !this.view.gliding;
+  }
+
   setPose(pose: RigidTransform | undefined, tracked: boolean): void {
     if (pose !== undefined) {
       this.frustum.setPose(pose);

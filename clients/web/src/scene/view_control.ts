@@ -50,6 +50,11 @@ export class ViewControl {
     return this.touched;
   }
 
+  /** Whether the view is on its way to where a fit put it. */
+  get gliding(): boolean {
+    return this.goal !== undefined;
+  }
+
   /** Glides to where a sphere fills the view, keeping the direction. */
   fit(centre: Vector3, radiusM: number): void {
     const halfVertical = MathUtils.degToRad(ORBIT_FOV_DEG) / 2;

@@ -244,6 +244,7 @@ export class SessionPage implements Page {
       poses: this.posesReceived,
       previews: this.preview.imagesShown,
       framesDrawn: this.stage?.framesDrawn ?? 0,
+      viewRests: this.stage?.viewRests ?? false,
       resyncs: feed.resyncs,
       notes: this.notes.count,
       headset: this.headset?.placement?.elements ?? null,
