@@ -15,6 +15,10 @@ pub const VIEW: &str = "/api/sessions/{id}/view";
 
 /// `GET`: a picture of the model from any pose (PNG).
 pub const PICTURE: &str = "/api/sessions/{id}/view.png";
+/// `GET`: the model as it is now (PLY).
+pub const MODEL: &str = "/api/sessions/{id}/model.ply";
+/// `GET`: the poses published so far (TUM).
+pub const TRAJECTORY: &str = "/api/sessions/{id}/trajectory.tum";
 /// `POST`: pauses, seeks, sets the rate of a replay.
 pub const REPLAY: &str = "/api/sessions/{id}/replay";
 /// `GET`: what finished sessions left behind.
@@ -38,13 +42,15 @@ pub const OPENAPI: &str = "/openapi.json";
 pub const TAKEOVER_HEADER: &str = "x-takeover-token";
 
 /// All of them.
-pub const ALL: [&str; 15] = [
+pub const ALL: [&str; 17] = [
     HEALTH,
     SESSIONS,
     SESSION,
     INGEST,
     VIEW,
     PICTURE,
+    MODEL,
+    TRAJECTORY,
     REPLAY,
     FINISHED,
     FINISHED_RUN,

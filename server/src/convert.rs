@@ -3,12 +3,12 @@
 use dense::EncodingSteps;
 use geometry::validate::{RigLimits, check_calibration, check_rig};
 use geometry::{CameraModel, Distortion, Pinhole, Pose, StereoCalibration, StereoRig};
-use nalgebra::{Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Point2, Quaternion, Translation3, UnitQuaternion};
 use protocol::v1::{self, ImageFormat, Reason, TrackingOutcome};
 use protocol::{NodePosition, NodeTransform, WireSurfel};
 use recording::export::PlySurfel;
 use recording::{Calibration, RawPixel};
-use tracking::Outcome;
+use tracking::{Outcome, TrackedFeature};
 
 use crate::publish::model_lane::{ModelUpdate, NodeChanges, ViewerWishes};
 use crate::session::intake::Rejection;
@@ -220,6 +220,29 @@ pub fn jpeg_to_wire(image: recording::EncodedImage, (width_px, height_px): (u32,
     v1::EncodedImage { format: ImageFormat::Jpeg.into(), width_px, height_px, data: image.bytes.into() }
 }
 
+/// Steps of a pixel in which features are sent.
+const FEATURE_STEPS_PER_PX: f32 = 4.0;
+
+/// What the tracker found in a left image, for those who show it.
+pub fn features_to_wire(stamp_ns: u64, features: &[TrackedFeature]) -> v1::ImageFeatures {
+    let place = |pixel: &Point2<f32>| {
+        [pixel.x, pixel.y].map(|value| (value * FEATURE_STEPS_PER_PX).round().max(0.0) as u32)
+    };
+    let mut wire = v1::ImageFeatures { stamp_ns, ..v1::ImageFeatures::default() };
+    for feature in features {
+        let deformed = feature.motion.filter(|motion| !motion.rigid);
+        match deformed {
+            _ if feature.matched => wire.matched.extend(place(&feature.pixel)),
+            Some(motion) => {
+                wire.deforming.extend(place(&feature.pixel));
+                wire.deforming.extend(place(&motion.previous_pixel));
+            }
+            None => wire.others.extend(place(&feature.pixel)),
+        }
+    }
+    wire
+}
+
 /// What a viewer wants; a gaze that is no place is none.
 pub fn wishes_from_wire(view: &v1::View) -> ViewerWishes {
     let place = |gaze: &v1::Point| [gaze.x_m, gaze.y_m, gaze.z_m];
@@ -269,4 +292,37 @@ pub fn model_update(stamp_ns: u64, changes: &dense::ChangeSet, weight_max: f32) 
     };
     let max_error_m = changes.max_error_m;
     ModelUpdate { stamp_ns, changed, removed: changes.removed.clone(), nodes, max_error_m }
+}
+
+#[cfg(test)]
+mod tests {
+    use tracking::FeatureMotion;
+
+    use super::*;
+
+    #[test]
+    fn features_are_sent_by_kind_in_quarter_pixels() {
+        let feature = |x, y, matched, motion| TrackedFeature {
+            pixel: Point2::new(x, y),
+            depth_m: None,
+            matched,
+            track: None,
+            motion,
+        };
+        let moved = FeatureMotion {
+            previous_pixel: Point2::new(19.5, 30.0),
+            previous_disparity_px: None,
+            disparity_px: None,
+            rigid: false,
+            weight: 1.0,
+        };
+        let features = [
+            feature(10.3, -0.2, true, None),
+            feature(30.0, 30.25, false, Some(moved)),
+            feature(1.0, 2.0, false, None),
+        ];
+        let wire = features_to_wire(7, &features);
+        assert_eq!((wire.stamp_ns, wire.matched), (7, vec![41, 0]));
+        assert_eq!((wire.deforming, wire.others), (vec![120, 121, 78, 120], vec![4, 8]));
+    }
 }

@@ -38,8 +38,10 @@ async fn a_picture_that_cannot_be_is_refused_with_its_reason() {
 async fn a_session_that_nobody_draws_says_so() {
     let server = TestServer::start().await;
     server.open("a").await;
-    let found = refusal(&server, "/api/sessions/a/view.png").await;
-    assert_eq!(found, (503, "picture_unavailable".into()));
+    for file in ["view.png", "model.ply"] {
+        let found = refusal(&server, &format!("/api/sessions/a/{file}")).await;
+        assert_eq!(found, (503, "picture_unavailable".into()), "{file}");
+    }
 }
 
 #[tokio::test]

@@ -228,6 +228,12 @@ async fn an_uploaded_recording_is_replayed_paused_and_moved() {
     assert_eq!(control(json!({"position_s": 0.1})).await.0, 200);
     let moved = server.state_when("r", |state| state["pairs_received"] == 30 && state["surfels"] == 10).await;
     assert_eq!(moved["replay"]["recording"], "liver.mcap");
+    assert_eq!((ended["reconstruction"].as_u64(), moved["reconstruction"].as_u64()), (Some(1), Some(2)));
+    assert_eq!((ended["span_s"].as_f64(), moved["span_s"].as_f64()), (Some(0.19), Some(0.09)));
+    assert!(ended["text"].as_str().unwrap().contains("recording has ended"), "{ended}");
+    let (status, way) = server.download("/api/sessions/r/trajectory.tum").await;
+    let stamps: Vec<_> = std::str::from_utf8(&way).unwrap().lines().skip(1).map(|line| &line[..11]).collect();
+    assert_eq!((status, stamps.len(), stamps[0]), (200, 10, "0.100000005"));
     for nonsense in [json!({"rate": -1.0}), json!({"position_s": -1.0}), json!({"volume": 11})] {
         assert_eq!(control(nonsense).await.0, 400);
     }

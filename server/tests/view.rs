@@ -58,6 +58,33 @@ async fn a_viewer_hears_state_model_and_pose_in_one_stream() {
 }
 
 #[tokio::test]
+async fn features_go_to_the_viewer_that_asks_for_them() {
+    let server = TestServer::start().await;
+    server.open("a").await;
+    let hub = std::sync::Arc::clone(server.registry.find("a").unwrap().hub());
+    let mut curious = server.join(VIEW).await;
+    let mut other = server.join(VIEW).await;
+    curious.say(to_server::Body::View(v1::View { features: true, ..v1::View::default() })).await;
+    let sent = v1::ImageFeatures { stamp_ns: 7, matched: vec![40, 80], ..v1::ImageFeatures::default() };
+    support::within(async {
+        while hub.features.receiver_count() == 0 {
+            tokio::task::yield_now().await;
+        }
+    })
+    .await;
+    hub.publish_features(sent.clone());
+    let features = |body| if let from_server::Body::Features(heard) = body { Some(heard) } else { None };
+    assert_eq!(curious.hear_until(features).await, sent);
+    hub.publish_preview(7, support::jpeg(support::SIZE_PX));
+    let next = |body| match body {
+        from_server::Body::Features(_) => Some("features"),
+        from_server::Body::Preview(_) => Some("preview"),
+        _ => None,
+    };
+    assert_eq!(other.hear_until(next).await, "preview");
+}
+
+#[tokio::test]
 async fn a_viewer_that_asks_is_seeded_anew() {
     let server = TestServer::start().await;
     server.open("a").await;

@@ -7,7 +7,7 @@ use std::process::{Child, Command};
 use std::time::Instant;
 
 use geometry::Rgb;
-use recording::ImageFormat;
+use recording::{ImageFormat, export};
 use serde_json::{Value, json};
 use tests::display::VirtualDisplay;
 use tests::server::{PATIENCE, Server};
@@ -115,6 +115,32 @@ fn the_viewer_draws_the_model_that_the_server_draws_over_both_transports() {
         });
         let expected = from_server(&server, SESSION, pose, "");
         assert_alike(&to, &expected, &decoded(std::fs::read(&file).unwrap(), SIZE));
+    }
+}
+
+#[test]
+fn the_files_of_an_open_session_hold_what_those_of_the_finished_one_do() {
+    let scratch = tempfile::tempdir().unwrap();
+    let server = with_model(scratch.path());
+    let file = |base: &str, name: &str| {
+        let path = scratch.path().join(name);
+        std::fs::write(&path, server.get_bytes(&format!("{base}/{name}"))).unwrap();
+        path
+    };
+    let model = |base: &str| export::read_ply(&file(base, "model.ply")).unwrap();
+    let way = |base: &str| export::read_tum(&file(base, "trajectory.tum")).unwrap();
+    let open = (model(SESSION), way(SESSION));
+    server.delete(SESSION);
+    let run = server.get("/api/finished")[0]["run"].as_str().expect("a finished run").to_owned();
+    let base = format!("/api/finished/{run}");
+    let finished = (model(&base), way(&base));
+    assert!(open.0.len() > 100 && open.0 == finished.0, "{} {}", open.0.len(), finished.0.len());
+    assert!(open.1.len() > 4 && open.1.len() == finished.1.len(), "{} {}", open.1.len(), finished.1.len());
+    for (open, finished) in open.1.iter().zip(&finished.1) {
+        assert_eq!(open.stamp_ns, finished.stamp_ns);
+        let apart = open.world_from_camera.inv_mul(&finished.world_from_camera);
+        // Both are printed with nine digits.
+        assert!(apart.translation.vector.norm() < 1e-8 && apart.rotation.angle() < 1e-7, "{apart}");
     }
 }
 

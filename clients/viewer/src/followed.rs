@@ -63,6 +63,7 @@ impl Followed {
             from_server::Body::Refusal(refusal) => self.scene.notice = refusal.text,
             from_server::Body::Hello(_)
             | from_server::Body::Preview(_)
+            | from_server::Body::Features(_)
             | from_server::Body::Shared(_)
             | from_server::Body::Compressed(_) => {}
         }

@@ -6,6 +6,6 @@ mod points;
 mod tum;
 
 pub use pfm::{read_pfm, write_pfm};
-pub use ply::{PlySurfel, read_ply, write_ply};
+pub use ply::{PlySurfel, encode_ply, read_ply, write_ply};
 pub use points::{TrackedPoint, read_points, write_points};
-pub use tum::{read_tum, write_tum};
+pub use tum::{read_tum, tum_text, write_tum};

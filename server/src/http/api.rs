@@ -63,8 +63,8 @@ impl From<ReplayPosition> for ReplayJson {
     fn from(at: ReplayPosition) -> Self {
         Self {
             recording: at.recording,
-            position_s: at.position_ns as f64 * 1e-9,
-            duration_s: at.duration_ns as f64 * 1e-9,
+            position_s: at.position_ns as f64 / 1e9,
+            duration_s: at.duration_ns as f64 / 1e9,
             paused: at.paused,
             rate: at.rate,
             ended: at.ended,
@@ -98,6 +98,8 @@ pub(super) struct SessionJson {
     recording: bool,
     alarms: Vec<String>,
     replay: Option<ReplayJson>,
+    span_s: f64,
+    reconstruction: u32,
 }
 
 impl From<SessionState> for SessionJson {
@@ -126,6 +128,8 @@ impl From<SessionState> for SessionJson {
             recording: state.recording,
             alarms: state.alarms,
             replay: state.replay.map(ReplayJson::from),
+            span_s: state.span_ns as f64 / 1e9,
+            reconstruction: state.reconstruction,
         }
     }
 }

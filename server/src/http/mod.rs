@@ -23,6 +23,7 @@ use crate::storage::{FinishedRun, StoredRecording};
 
 pub mod access;
 mod api;
+mod downloads;
 mod error;
 mod finished;
 mod metrics;
@@ -183,6 +184,14 @@ fn documented() -> (Router<App>, Value) {
                     .answers_with(Status::NO_CONTENT)
                     .refuses(UNKNOWN),
             ],
+        )
+        .route(
+            routes::MODEL,
+            [get(downloads::model, "The model as it is now, PLY").refuses(downloads::MODEL_REFUSALS)],
+        )
+        .route(
+            routes::TRAJECTORY,
+            [get(downloads::trajectory, "The poses published so far, TUM").refuses(UNKNOWN)],
         )
         .route(
             routes::REPLAY,

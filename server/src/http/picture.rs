@@ -20,7 +20,7 @@ use super::access::{Caller, Scope};
 use super::api::session;
 use super::error::{internal, off_runtime};
 use super::finished::model_file;
-use crate::picture::{PictureError, PictureWanted, Viewpoint};
+use crate::picture::{Answered, PictureError, PictureWanted, Viewpoint};
 use crate::session::intake::Rejection;
 
 /// Columns and rows where none are asked for.
@@ -109,11 +109,15 @@ pub(super) async fn of_session(
 ) -> Result<Response, Rejection> {
     let session = session(&app, &caller, Scope::View, &id)?;
     let wanted = wanted(query)?;
-    let answered = session.pictures()?.ask(wanted)?;
-    let picture = tokio::time::timeout(PATIENCE, answered).await;
-    // Given up, or the reconstruction ended with the request still in the queue.
-    let picture = picture.ok().and_then(Result::ok).ok_or(PictureError::NoModel)??;
+    let picture = answered_in_time(session.pictures()?.ask(wanted)?).await?;
     off_runtime(move || png(&picture)).await?
+}
+
+/// What whoever holds the model answers.
+pub(super) async fn answered_in_time<T>(answered: Answered<T>) -> Result<T, PictureError> {
+    let answer = tokio::time::timeout(PATIENCE, answered).await;
+    // Given up, or the reconstruction ended with the request still in the queue.
+    answer.ok().and_then(Result::ok).ok_or(PictureError::NoModel)?
 }
 
 /// A picture of the model that a session left behind.

@@ -102,7 +102,8 @@ pub(super) async fn upload(
 }
 
 fn oversized(limit_bytes: u64) -> Rejection {
-    Rejection::new(Reason::OversizedMessage, format!("a recording may have {limit_bytes} bytes"))
+    let limit_mib = limit_bytes >> 20;
+    Rejection::new(Reason::OversizedMessage, format!("a recording may have {limit_mib} MiB at most"))
 }
 
 fn disk(error: &std::io::Error) -> Rejection {

@@ -1,4 +1,4 @@
-//! Pictures of a session's model from any pose, drawn between two frames by the thread that holds the model.
+//! Pictures of a session's model from any pose, and copies of it, made between two frames by the thread that holds it.
 
 mod queue;
 
@@ -6,7 +6,7 @@ use dense::{Coloring, View};
 use geometry::viewpoint::Bounds;
 use geometry::{Pinhole, Pose};
 
-pub use queue::{PictureInlet, PictureRequest, picture_queue};
+pub use queue::{Answer, Answered, PictureInlet, PictureRequest, picture_queue};
 
 /// A picture that somebody wants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,23 +35,23 @@ pub enum Viewpoint {
     },
 }
 
-/// Why there is no picture.
+/// Why there is no picture, or no copy of the model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PictureError {
     /// More are waited for than are kept waiting.
-    #[error("{waiting} pictures are waited for already")]
+    #[error("{waiting} pictures or copies of this model are waited for already")]
     TooMany {
         /// How many.
         waiting: usize,
     },
-    /// Nobody draws: the reconstruction has ended or is being rebuilt.
-    #[error("the reconstruction is not there to draw its model")]
+    /// Nobody has it: the reconstruction has ended or is being rebuilt.
+    #[error("the reconstruction is not there to show its model")]
     NoModel,
     /// The scope's place is not known.
     #[error("the scope's place is not known yet")]
     NoScope,
     /// The GPU refused.
-    #[error("the picture cannot be drawn: {0}")]
+    #[error("the GPU cannot draw or read the model: {0}")]
     Gpu(String),
 }
 

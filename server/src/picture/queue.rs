@@ -1,38 +1,44 @@
-//! Requests on their way to the thread that holds the model, and the pictures on their way back.
+//! Requests on their way to the thread that holds the model, and pictures and copies of it on their way back.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
+use dense::Surfel;
 use geometry::Rgb;
 use tokio::sync::oneshot;
 
 use super::{PictureError, PictureWanted};
 
-/// Requests of one session that wait, at most; one is drawn after each frame.
+/// Requests of one session that wait, at most; one is answered after each frame.
 const WAITING_MAX: usize = 8;
 
-/// A request and where its answer goes.
+/// What is asked for, and where the answer goes.
 #[derive(Debug)]
-pub struct PictureRequest {
-    /// What is asked for.
-    pub wanted: PictureWanted,
-    answer: oneshot::Sender<Result<Rgb, PictureError>>,
+pub enum PictureRequest {
+    /// A picture of the model.
+    Picture(PictureWanted, Answer<Rgb>),
+    /// Its stable surfels, by increasing id.
+    Surfels(Answer<Vec<Surfel>>),
 }
 
-impl PictureRequest {
-    /// Whether nobody waits for it any more.
-    pub fn is_abandoned(&self) -> bool {
-        self.answer.is_closed()
-    }
+/// Where an answer goes.
+#[derive(Debug)]
+pub struct Answer<T>(oneshot::Sender<Result<T, PictureError>>);
 
-    /// Hands the picture over.
-    pub fn answer(self, picture: Result<Rgb, PictureError>) {
-        // Whoever asked may have given up meanwhile.
-        let _ = self.answer.send(picture);
+/// Where an answer comes from; an error means that the reconstruction has ended.
+pub type Answered<T> = oneshot::Receiver<Result<T, PictureError>>;
+
+impl<T> Answer<T> {
+    /// Answers with what `find` gives, unless nobody waits for it any more.
+    pub fn with(self, find: impl FnOnce() -> Result<T, PictureError>) {
+        if !self.0.is_closed() {
+            // Whoever asked may give up meanwhile.
+            let _ = self.0.send(find());
+        }
     }
 }
 
-/// Where pictures of one session are asked for.
+/// Where pictures and copies of one session's model are asked for.
 #[derive(Clone)]
 pub struct PictureInlet {
     requests: SyncSender<PictureRequest>,
@@ -46,16 +52,28 @@ pub fn picture_queue(wake: impl Fn() + Send + Sync + 'static) -> (PictureInlet, 
 }
 
 impl PictureInlet {
-    /// Asks for a picture; returns at once. An answer that never comes means that the reconstruction has ended.
+    /// Asks for a picture; returns at once.
     ///
     /// # Errors
     /// [`PictureError::TooMany`], [`PictureError::NoModel`].
-    pub fn ask(
+    pub fn ask(&self, wanted: PictureWanted) -> Result<Answered<Rgb>, PictureError> {
+        self.send(|answer| PictureRequest::Picture(wanted, answer))
+    }
+
+    /// Asks for the model; returns at once.
+    ///
+    /// # Errors
+    /// As [`Self::ask`].
+    pub fn ask_for_surfels(&self) -> Result<Answered<Vec<Surfel>>, PictureError> {
+        self.send(PictureRequest::Surfels)
+    }
+
+    fn send<T>(
         &self,
-        wanted: PictureWanted,
-    ) -> Result<oneshot::Receiver<Result<Rgb, PictureError>>, PictureError> {
+        request: impl FnOnce(Answer<T>) -> PictureRequest,
+    ) -> Result<Answered<T>, PictureError> {
         let (answer, answered) = oneshot::channel();
-        self.requests.try_send(PictureRequest { wanted, answer }).map_err(|error| match error {
+        self.requests.try_send(request(Answer(answer))).map_err(|error| match error {
             TrySendError::Full(_) => PictureError::TooMany { waiting: WAITING_MAX },
             TrySendError::Disconnected(_) => PictureError::NoModel,
         })?;
@@ -86,7 +104,11 @@ mod tests {
         let answered = inlet.ask(WANTED).unwrap();
         assert_eq!(woken.load(Ordering::Relaxed), 1);
         let picture = Rgb::from_fn(4, 3, |_, _| [7; 3]);
-        waiting.try_recv().unwrap().answer(Ok(picture.clone()));
+        let PictureRequest::Picture(wanted, answer) = waiting.try_recv().unwrap() else {
+            panic!("another request");
+        };
+        assert_eq!(wanted, WANTED);
+        answer.with(|| Ok(picture.clone()));
         assert_eq!(answered.blocking_recv().unwrap(), Ok(picture));
     }
 
@@ -100,9 +122,10 @@ mod tests {
     }
 
     #[test]
-    fn a_request_that_nobody_waits_for_is_told() {
+    fn a_request_that_nobody_waits_for_is_not_answered() {
         let (inlet, waiting) = picture_queue(|| ());
-        drop(inlet.ask(WANTED).unwrap());
-        assert!(waiting.try_recv().unwrap().is_abandoned());
+        drop(inlet.ask_for_surfels().unwrap());
+        let PictureRequest::Surfels(answer) = waiting.try_recv().unwrap() else { panic!("another request") };
+        answer.with(|| unreachable!("nobody waits"));
     }
 }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
+use protocol::Bytes;
 use protocol::v1::{Reason, to_server};
+use tokio::sync::watch;
 
 use super::model_lane::Seed;
 use crate::convert;
@@ -28,6 +30,7 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
     let model = hub.model.subscribe(Seed::Snapshot);
     let (mut state, mut pose, mut preview, mut shared) =
         (hub.state.subscribe(), hub.pose.subscribe(), hub.preview.subscribe(), hub.shared.subscribe());
+    let mut features = None;
     for lane in [&mut state, &mut pose, &mut preview, &mut shared] {
         lane.mark_changed();
     }
@@ -38,7 +41,10 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
             ending = session_closed(&mut closing, hub.id()) => return Err(ending),
             message = peer.receive() => match message? {
                 Some(to_server::Body::Resync(_)) => model.resync(),
-                Some(to_server::Body::View(view)) => model.set_wishes(convert::wishes_from_wire(&view)),
+                Some(to_server::Body::View(view)) => {
+                    features = view.features.then(|| features.unwrap_or_else(|| hub.features.subscribe()));
+                    model.set_wishes(convert::wishes_from_wire(&view));
+                }
                 Some(to_server::Body::SharedChange(change)) => {
                     if let Err(rejection) = hub.change_shared(change) {
                         peer.send(protocol::from_server(refusal(rejection.reason, &rejection.text))).await?;
@@ -49,9 +55,18 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
             },
             bytes = newest(&mut shared) => peer.send(bytes).await?,
             bytes = newest(&mut pose) => peer.send(bytes).await?,
+            bytes = newest_if_wanted(&mut features) => peer.send(bytes).await?,
             bytes = newest(&mut preview) => peer.send(bytes).await?,
             Some(bytes) = model.next() => peer.send(bytes).await?,
         }
+    }
+}
+
+/// As [`newest`]; never ready for a viewer that does not want this lane.
+async fn newest_if_wanted(lane: &mut Option<watch::Receiver<Option<Bytes>>>) -> Bytes {
+    match lane {
+        Some(lane) => newest(lane).await,
+        None => std::future::pending().await,
     }
 }
 

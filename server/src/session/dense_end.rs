@@ -182,16 +182,19 @@ impl DenseEnd {
         Ok(sink.idle(last_stamp_ns, &mut self.model)?)
     }
 
-    /// Draws a picture in the session's own turn. A GPU that refuses it does not end the session for it.
+    /// Draws a picture, or reads the model, in the session's own turn. A GPU that refuses does not end the session for
+    /// it.
     fn answer(&self, request: PictureRequest) {
-        if !request.is_abandoned() {
-            let picture = self.draw(&request.wanted);
-            request.answer(picture);
+        match request {
+            PictureRequest::Picture(wanted, answer) => answer.with(|| self.draw(&wanted)),
+            PictureRequest::Surfels(answer) => answer.with(|| {
+                let _turn = self.seat.take();
+                self.model.surfels().map_err(refused)
+            }),
         }
     }
 
     fn draw(&self, wanted: &PictureWanted) -> Result<Rgb, PictureError> {
-        let refused = |error: DenseError| PictureError::Gpu(error.to_string());
         let _turn = self.seat.take();
         let bounds = || {
             let surfels = self.model.surfels().map_err(refused)?;
@@ -234,6 +237,10 @@ impl DenseEnd {
         turn.measured(step + reading.elapsed());
         Ok(())
     }
+}
+
+fn refused(error: DenseError) -> PictureError {
+    PictureError::Gpu(error.to_string())
 }
 
 /// Once, on the first picture that shows anything.

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use geometry::trajectory::StampedPose;
 use protocol::v1::{
-    Camera, EncodedImage, Pose, PreviewImage, Reason, ReplayPosition, RigidTransform, SessionState,
-    SessionStatus, SharedChange, StereoPair, TrackingOutcome, from_server,
+    Camera, EncodedImage, ImageFeatures, Pose, PreviewImage, Reason, ReplayPosition, RigidTransform,
+    SessionState, SessionStatus, SharedChange, StereoPair, TrackingOutcome, from_server,
 };
 use protocol::{Bytes, ProtocolError, SessionId};
 use tokio::sync::{broadcast, watch};
@@ -20,6 +20,7 @@ use super::lifecycle::{Claim, Event, Lifecycle, SourceBusy, SourceId};
 use super::mailbox::{Offer, Policy};
 use super::shared_scene::SharedScene;
 use super::tally::{Arrivals, Drops, Meter};
+use super::trajectory::Trajectory;
 use crate::convert;
 use crate::publish::PublishConfig;
 use crate::publish::model_lane::{ModelLane, ModelUpdate};
@@ -57,12 +58,15 @@ pub struct Hub {
     /// Where what comes and what is found is written down, while it is.
     journal: Mutex<Option<JournalInlet>>,
     shared_scene: Mutex<SharedScene>,
+    trajectory: Mutex<Trajectory>,
     /// Newest pose.
     pub pose: watch::Sender<Option<Bytes>>,
     /// Newest state.
     pub state: watch::Sender<Option<Bytes>>,
     /// Newest left image.
     pub preview: watch::Sender<Option<Bytes>>,
+    /// What the tracker found in the newest left image; nobody may follow it.
+    pub features: watch::Sender<Option<Bytes>>,
     /// What the viewers share.
     pub shared: watch::Sender<Option<Bytes>>,
     /// The model.
@@ -94,6 +98,8 @@ struct Facts {
     recording: bool,
     alarms: Vec<String>,
     replay: Option<ReplayPosition>,
+    /// Counts the reconstructions begun.
+    reconstruction: u32,
 }
 
 impl Hub {
@@ -123,6 +129,7 @@ impl Hub {
             recording: false,
             alarms: Vec::new(),
             replay: None,
+            reconstruction: 1,
         };
         let hub = Self {
             id,
@@ -130,9 +137,11 @@ impl Hub {
             facts: Mutex::new(facts),
             journal: Mutex::new(None),
             shared_scene: Mutex::default(),
+            trajectory: Mutex::default(),
             pose: watch::Sender::new(None),
             state: watch::Sender::new(None),
             preview: watch::Sender::new(None),
+            features: watch::Sender::new(None),
             shared: watch::Sender::new(None),
             model: ModelLane::new(publish.lag_limits()),
             refusals: broadcast::Sender::new(REFUSALS_WAITING_MAX),
@@ -255,6 +264,18 @@ impl Hub {
     /// As [`ModelLane::clear`].
     pub fn restart(&self, size_px: (u32, u32)) -> Result<(), ProtocolError> {
         self.facts().intake.restart(size_px);
+        self.begin_anew()
+    }
+
+    /// Another reconstruction begins, in a world of its own.
+    fn begin_anew(&self) -> Result<(), ProtocolError> {
+        self.facts().reconstruction += 1;
+        self.trajectory().clear();
+        {
+            let mut scene = self.shared_scene();
+            scene.forget_world();
+            self.tell_shared(&scene);
+        }
         self.model.clear()?;
         self.happen(Event::Calibrated);
         Ok(())
@@ -319,9 +340,7 @@ impl Hub {
     /// As [`ModelLane::clear`].
     pub fn recalibrate(&self, size_px: (u32, u32)) -> Result<(), ProtocolError> {
         self.facts().intake.recalibrate(size_px);
-        self.model.clear()?;
-        self.happen(Event::Calibrated);
-        Ok(())
+        self.begin_anew()
     }
 
     /// The reconstruction runs; poses and model refer to this left camera.
@@ -360,8 +379,22 @@ impl Hub {
         self.pose.send_replace(Some(protocol::from_server(from_server::Body::Pose(pose))));
         if let Some(world_from_camera) = update.world_from_camera.as_ref().and_then(convert::pose_from_wire) {
             let pose = StampedPose { stamp_ns: update.stamp_ns, world_from_camera };
+            self.trajectory().add(pose);
             self.write_down(Policy::NewestWins, Entry::Pose(pose));
         }
+    }
+
+    fn trajectory(&self) -> MutexGuard<'_, Trajectory> {
+        self.trajectory.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The poses published since the reconstruction began, oldest first.
+    pub fn published_poses(&self) -> Vec<StampedPose> {
+        self.trajectory().poses()
+    }
+
+    fn shared_scene(&self) -> MutexGuard<'_, SharedScene> {
+        self.shared_scene.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Changes what the viewers share, and tells them all.
@@ -369,12 +402,21 @@ impl Hub {
     /// # Errors
     /// [`Rejection`]: the change cannot be made.
     pub fn change_shared(&self, change: SharedChange) -> Result<Bytes, Rejection> {
-        let mut scene = self.shared_scene.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut scene = self.shared_scene();
         scene.apply(change).map_err(|error| Rejection::new(Reason::InvalidChange, error.to_string()))?;
+        Ok(self.tell_shared(&scene))
+    }
+
+    /// Called under the scene's lock, so that the last change is the last that is told.
+    fn tell_shared(&self, scene: &SharedScene) -> Bytes {
         let bytes = protocol::from_server(from_server::Body::Shared(scene.to_wire()));
-        // Sent under the lock, so that the last change is the last that is told.
         self.shared.send_replace(Some(bytes.clone()));
-        Ok(bytes)
+        bytes
+    }
+
+    /// Publishes what the tracker found in the next left image.
+    pub fn publish_features(&self, features: ImageFeatures) {
+        self.features.send_replace(Some(protocol::from_server(from_server::Body::Features(features))));
     }
 
     /// Publishes a left image.
@@ -435,6 +477,8 @@ impl Hub {
             alarms: facts.alarms.clone(),
             recording: facts.recording,
             replay: facts.replay.clone(),
+            span_ns: facts.intake.span().as_nanos() as u64,
+            reconstruction: facts.reconstruction,
         }
     }
 

@@ -43,6 +43,7 @@ pub struct Intake {
     size_px: (u32, u32),
     stamp_lead_max: Duration,
     format: Option<i32>,
+    oldest_ns: Option<u64>,
     newest: Option<Newest>,
 }
 
@@ -66,13 +67,19 @@ pub enum Origin {
 impl Intake {
     /// Takes pairs of images of this size.
     pub fn new(size_px: (u32, u32), stamp_lead_max: Duration) -> Self {
-        Self { size_px, stamp_lead_max, format: None, newest: None }
+        Self { size_px, stamp_lead_max, format: None, oldest_ns: None, newest: None }
     }
 
     /// Another recording, or another place in it: all may change.
     pub fn restart(&mut self, size_px: (u32, u32)) {
         self.recalibrate(size_px);
-        self.newest = None;
+        (self.oldest_ns, self.newest) = (None, None);
+    }
+
+    /// From the first pair taken to the newest, by their stamps.
+    pub fn span(&self) -> Duration {
+        let newest_ns = self.newest.map(|newest| newest.stamp_ns);
+        Duration::from_nanos(newest_ns.zip(self.oldest_ns).map_or(0, |(newest, oldest)| newest - oldest))
     }
 
     /// A new calibration: size and format may change, time may not go back.
@@ -95,6 +102,7 @@ impl Intake {
         self.check_stamp(pair.stamp_ns, origin, now)?;
         self.format = Some(left.format);
         let at = (origin == Origin::Live).then_some(now);
+        self.oldest_ns = self.oldest_ns.or(Some(pair.stamp_ns));
         self.newest = Some(Newest { stamp_ns: pair.stamp_ns, at });
         Ok(())
     }
@@ -195,9 +203,13 @@ mod tests {
     #[test]
     fn stamps_that_go_forward_are_taken() {
         let (mut intake, now) = (intake(), Instant::now());
+        assert_eq!(intake.span(), Duration::ZERO);
         for stamp_ns in [5, 6, 9_000_000_000] {
             assert_eq!(intake.admit(&pair(stamp_ns), Origin::Live, now), Ok(()));
         }
+        assert_eq!(intake.span(), Duration::from_nanos(8_999_999_995));
+        intake.restart((64, 48));
+        assert_eq!(intake.span(), Duration::ZERO);
     }
 
     #[test]

@@ -87,6 +87,8 @@ pub struct Lifecycle {
     heard_at: Instant,
     /// Whether any pair was ever taken.
     fed: bool,
+    /// Whether the last source was a recording, which has ended.
+    played_out: bool,
     unusable_at: VecDeque<Instant>,
     last_unusable: Reason,
     failure: Option<String>,
@@ -105,6 +107,7 @@ impl Lifecycle {
             source: None,
             heard_at: now,
             fed: false,
+            played_out: false,
             unusable_at: VecDeque::new(),
             last_unusable: Reason::Unspecified,
             failure: None,
@@ -167,7 +170,10 @@ impl Lifecycle {
             }
             Event::SourceResting => self.heard_at = now,
             Event::PairUnusable(reason) => self.note_unusable(reason, now),
-            Event::SourceLeft(source) if self.source.as_ref() == Some(&source) => self.source = None,
+            Event::SourceLeft(source) if self.source.as_ref() == Some(&source) => {
+                self.played_out = source == SourceId::Replay;
+                self.source = None;
+            }
             Event::SourceLeft(_) | Event::Tick => {}
             Event::Calibrated => self.failure = None,
             Event::Failed(text) => self.failure = Some(text),
@@ -213,6 +219,9 @@ impl Lifecycle {
                 (SessionStatus::Recovering, "the journal is worked through after a crash".into())
             }
             (None, false) => (SessionStatus::Waiting, "no cart yet".into()),
+            (None, true) if self.played_out => {
+                (SessionStatus::SourceLost, "the recording has ended; the model is held".into())
+            }
             (None, true) => (SessionStatus::SourceLost, "the cart is gone; the model is held".into()),
             (Some(_), false) if self.unusable_at.is_empty() => {
                 (SessionStatus::Waiting, "the cart has sent no pair yet".into())
@@ -332,6 +341,8 @@ mod tests {
         session.handle(Event::PairTaken, clock.after(0.1));
         session.handle(Event::SourceResting, clock.after(3.0));
         assert_eq!(session.status(), SessionStatus::Live);
+        session.handle(Event::SourceLeft(SourceId::Replay), clock.after(0.1));
+        assert!(session.text().contains("recording has ended"), "{}", session.text());
     }
 
     #[test]

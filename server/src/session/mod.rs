@@ -22,6 +22,7 @@ mod settings;
 pub mod shared_gpu;
 pub mod shared_scene;
 mod tally;
+mod trajectory;
 pub mod worker;
 
 pub use settings::SessionConfig;

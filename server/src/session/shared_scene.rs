@@ -76,6 +76,12 @@ impl SharedScene {
         }
     }
 
+    /// Another reconstruction has begun, in another world: what was bound to places in the last one is gone.
+    pub fn forget_world(&mut self) {
+        self.annotations.clear();
+        self.placement = None;
+    }
+
     /// The whole state.
     pub fn to_wire(&self) -> Wire {
         Wire {
@@ -174,6 +180,19 @@ mod tests {
     fn anchor(headset: &str) -> SharedChange {
         let anchor = HeadsetAnchor { headset: headset.to_owned(), room_from_marker: Some(at(0.0)) };
         SharedChange { change: Some(Change::Anchor(anchor)) }
+    }
+
+    #[test]
+    fn another_world_has_none_of_the_notes_and_the_headsets_stay_where_they_are() {
+        let mut scene = SharedScene::default();
+        for change in [note(0, "polyp"), place(1.0, 0.5), anchor("quest")] {
+            scene.apply(change).unwrap();
+        }
+        scene.forget_world();
+        let told = scene.to_wire();
+        assert_eq!((told.annotations.len(), told.placement, told.anchors.len()), (0, None, 1));
+        scene.apply(note(0, "vessel")).unwrap();
+        assert_eq!(scene.to_wire().annotations[0].id, 2);
     }
 
     #[test]

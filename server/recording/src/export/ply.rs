@@ -99,16 +99,20 @@ impl PropertyAccess for PlySurfel {
 /// # Errors
 /// [`RecordingError::Io`].
 pub fn write_ply(path: &Path, surfels: &[PlySurfel]) -> Result<(), RecordingError> {
-    let refused = RecordingError::io(path);
-    let write = || -> std::io::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
-        Writer::<PlySurfel>::new().write_header(&mut file, &header(surfels.len()))?;
-        for surfel in surfels {
-            file.write_all(&surfel.to_le_bytes())?;
-        }
-        file.flush()
-    };
-    write().map_err(refused)
+    let write = || encode_ply(BufWriter::new(File::create(path)?), surfels);
+    write().map_err(RecordingError::io(path))
+}
+
+/// The same to anything that takes bytes.
+///
+/// # Errors
+/// Those of `to`.
+pub fn encode_ply(mut to: impl Write, surfels: &[PlySurfel]) -> std::io::Result<()> {
+    Writer::<PlySurfel>::new().write_header(&mut to, &header(surfels.len()))?;
+    for surfel in surfels {
+        to.write_all(&surfel.to_le_bytes())?;
+    }
+    to.flush()
 }
 
 fn header(count: usize) -> Header {

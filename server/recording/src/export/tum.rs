@@ -19,6 +19,11 @@ const NS_DIGITS: usize = 9;
 /// # Errors
 /// [`RecordingError::Io`].
 pub fn write_tum(path: &Path, poses: &[StampedPose]) -> Result<(), RecordingError> {
+    std::fs::write(path, tum_text(poses)).map_err(RecordingError::io(path))
+}
+
+/// The text of such a file.
+pub fn tum_text<'a>(poses: impl IntoIterator<Item = &'a StampedPose>) -> String {
     let mut text = String::from("# t tx ty tz qx qy qz qw\n");
     for StampedPose { stamp_ns, world_from_camera } in poses {
         let t = &world_from_camera.translation.vector;
@@ -29,7 +34,7 @@ pub fn write_tum(path: &Path, poses: &[StampedPose]) -> Result<(), RecordingErro
         writeln!(text, "{s}.{ns:09} {:.9} {:.9} {:.9} {qx:.9} {qy:.9} {qz:.9} {qw:.9}", t.x, t.y, t.z)
             .expect("a string takes what is written");
     }
-    std::fs::write(path, text).map_err(RecordingError::io(path))
+    text
 }
 
 /// Reads a trajectory; empty lines and what follows `#` are skipped.

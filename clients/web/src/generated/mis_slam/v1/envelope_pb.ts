@@ -10,7 +10,7 @@ import type { Calibration } from "./calibration_pb";
 import { file_mis_slam_v1_calibration } from "./calibration_pb";
 import type { Farewell, Hello, Refusal, Resync, View } from "./control_pb";
 import { file_mis_slam_v1_control } from "./control_pb";
-import type { PreviewImage, StereoPair } from "./image_pb";
+import type { ImageFeatures, PreviewImage, StereoPair } from "./image_pb";
 import { file_mis_slam_v1_image } from "./image_pb";
 import type { Compressed, ModelEpoch, SnapshotChunk } from "./model_pb";
 import { file_mis_slam_v1_model } from "./model_pb";
@@ -26,7 +26,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file mis_slam/v1/envelope.proto.
  */
 export const file_mis_slam_v1_envelope: GenFile = /*@__PURE__*/
-  fileDesc("ChptaXNfc2xhbS92MS9lbnZlbG9wZS5wcm90bxILbWlzX3NsYW0udjEitwIKCFRvU2VydmVyEg4KBnNvdXJjZRgPIAEoCRIWCg50YWtlb3Zlcl90b2tlbhgOIAEoCRIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASLwoLY2FsaWJyYXRpb24YAiABKAsyGC5taXNfc2xhbS52MS5DYWxpYnJhdGlvbkgAEicKBHBhaXIYAyABKAsyFy5taXNfc2xhbS52MS5TdGVyZW9QYWlySAASJQoGcmVzeW5jGAQgASgLMhMubWlzX3NsYW0udjEuUmVzeW5jSAASIQoEdmlldxgFIAEoCzIRLm1pc19zbGFtLnYxLlZpZXdIABIyCg1zaGFyZWRfY2hhbmdlGAYgASgLMhkubWlzX3NsYW0udjEuU2hhcmVkQ2hhbmdlSABCBgoEYm9keSK/AwoKRnJvbVNlcnZlchIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASJwoHcmVmdXNhbBgCIAEoCzIULm1pc19zbGFtLnYxLlJlZnVzYWxIABIhCgRwb3NlGAMgASgLMhEubWlzX3NsYW0udjEuUG9zZUgAEigKBWVwb2NoGAQgASgLMhcubWlzX3NsYW0udjEuTW9kZWxFcG9jaEgAEi4KCHNuYXBzaG90GAUgASgLMhoubWlzX3NsYW0udjEuU25hcHNob3RDaHVua0gAEioKBXN0YXRlGAYgASgLMhkubWlzX3NsYW0udjEuU2Vzc2lvblN0YXRlSAASLAoHcHJldmlldxgHIAEoCzIZLm1pc19zbGFtLnYxLlByZXZpZXdJbWFnZUgAEikKCGZhcmV3ZWxsGAggASgLMhUubWlzX3NsYW0udjEuRmFyZXdlbGxIABItCgpjb21wcmVzc2VkGAkgASgLMhcubWlzX3NsYW0udjEuQ29tcHJlc3NlZEgAEioKBnNoYXJlZBgKIAEoCzIYLm1pc19zbGFtLnYxLlNoYXJlZFNjZW5lSABCBgoEYm9keWIGcHJvdG8z", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_image, file_mis_slam_v1_model, file_mis_slam_v1_pose, file_mis_slam_v1_session, file_mis_slam_v1_shared]);
+  fileDesc("ChptaXNfc2xhbS92MS9lbnZlbG9wZS5wcm90bxILbWlzX3NsYW0udjEitwIKCFRvU2VydmVyEg4KBnNvdXJjZRgPIAEoCRIWCg50YWtlb3Zlcl90b2tlbhgOIAEoCRIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASLwoLY2FsaWJyYXRpb24YAiABKAsyGC5taXNfc2xhbS52MS5DYWxpYnJhdGlvbkgAEicKBHBhaXIYAyABKAsyFy5taXNfc2xhbS52MS5TdGVyZW9QYWlySAASJQoGcmVzeW5jGAQgASgLMhMubWlzX3NsYW0udjEuUmVzeW5jSAASIQoEdmlldxgFIAEoCzIRLm1pc19zbGFtLnYxLlZpZXdIABIyCg1zaGFyZWRfY2hhbmdlGAYgASgLMhkubWlzX3NsYW0udjEuU2hhcmVkQ2hhbmdlSABCBgoEYm9keSLvAwoKRnJvbVNlcnZlchIjCgVoZWxsbxgBIAEoCzISLm1pc19zbGFtLnYxLkhlbGxvSAASJwoHcmVmdXNhbBgCIAEoCzIULm1pc19zbGFtLnYxLlJlZnVzYWxIABIhCgRwb3NlGAMgASgLMhEubWlzX3NsYW0udjEuUG9zZUgAEigKBWVwb2NoGAQgASgLMhcubWlzX3NsYW0udjEuTW9kZWxFcG9jaEgAEi4KCHNuYXBzaG90GAUgASgLMhoubWlzX3NsYW0udjEuU25hcHNob3RDaHVua0gAEioKBXN0YXRlGAYgASgLMhkubWlzX3NsYW0udjEuU2Vzc2lvblN0YXRlSAASLAoHcHJldmlldxgHIAEoCzIZLm1pc19zbGFtLnYxLlByZXZpZXdJbWFnZUgAEikKCGZhcmV3ZWxsGAggASgLMhUubWlzX3NsYW0udjEuRmFyZXdlbGxIABItCgpjb21wcmVzc2VkGAkgASgLMhcubWlzX3NsYW0udjEuQ29tcHJlc3NlZEgAEioKBnNoYXJlZBgKIAEoCzIYLm1pc19zbGFtLnYxLlNoYXJlZFNjZW5lSAASLgoIZmVhdHVyZXMYCyABKAsyGi5taXNfc2xhbS52MS5JbWFnZUZlYXR1cmVzSABCBgoEYm9keWIGcHJvdG8z", [file_mis_slam_v1_calibration, file_mis_slam_v1_control, file_mis_slam_v1_image, file_mis_slam_v1_model, file_mis_slam_v1_pose, file_mis_slam_v1_session, file_mis_slam_v1_shared]);
 
 /**
  * @generated from message mis_slam.v1.ToServer
@@ -169,6 +169,12 @@ export type FromServer = Message<"mis_slam.v1.FromServer"> & {
      */
     value: SharedScene;
     case: "shared";
+  } | {
+    /**
+     * @generated from field: mis_slam.v1.ImageFeatures features = 11;
+     */
+    value: ImageFeatures;
+    case: "features";
   } | { case: undefined; value?: undefined };
 };
 

@@ -12,7 +12,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file mis_slam/v1/image.proto.
  */
 export const file_mis_slam_v1_image: GenFile = /*@__PURE__*/
-  fileDesc("ChdtaXNfc2xhbS92MS9pbWFnZS5wcm90bxILbWlzX3NsYW0udjEiawoMRW5jb2RlZEltYWdlEigKBmZvcm1hdBgBIAEoDjIYLm1pc19zbGFtLnYxLkltYWdlRm9ybWF0EhAKCHdpZHRoX3B4GAIgASgNEhEKCWhlaWdodF9weBgDIAEoDRIMCgRkYXRhGAQgASgMIqwBCgpTdGVyZW9QYWlyEhAKCHN0YW1wX25zGAEgASgEEhAKCHNlcXVlbmNlGAIgASgEEicKBGxlZnQYAyABKAsyGS5taXNfc2xhbS52MS5FbmNvZGVkSW1hZ2USKAoFcmlnaHQYBCABKAsyGS5taXNfc2xhbS52MS5FbmNvZGVkSW1hZ2USJwoEbWFzaxgFIAEoCzIZLm1pc19zbGFtLnYxLkVuY29kZWRJbWFnZSJJCgxQcmV2aWV3SW1hZ2USEAoIc3RhbXBfbnMYASABKAQSJwoEbGVmdBgCIAEoCzIZLm1pc19zbGFtLnYxLkVuY29kZWRJbWFnZSqHAQoLSW1hZ2VGb3JtYXQSHAoYSU1BR0VfRk9STUFUX1VOU1BFQ0lGSUVEEAASFQoRSU1BR0VfRk9STUFUX0pQRUcQARIUChBJTUFHRV9GT1JNQVRfUE5HEAISFQoRSU1BR0VfRk9STUFUX1JHQjgQAxIWChJJTUFHRV9GT1JNQVRfR1JBWTgQBGIGcHJvdG8z");
+  fileDesc("ChdtaXNfc2xhbS92MS9pbWFnZS5wcm90bxILbWlzX3NsYW0udjEiawoMRW5jb2RlZEltYWdlEigKBmZvcm1hdBgBIAEoDjIYLm1pc19zbGFtLnYxLkltYWdlRm9ybWF0EhAKCHdpZHRoX3B4GAIgASgNEhEKCWhlaWdodF9weBgDIAEoDRIMCgRkYXRhGAQgASgMIqwBCgpTdGVyZW9QYWlyEhAKCHN0YW1wX25zGAEgASgEEhAKCHNlcXVlbmNlGAIgASgEEicKBGxlZnQYAyABKAsyGS5taXNfc2xhbS52MS5FbmNvZGVkSW1hZ2USKAoFcmlnaHQYBCABKAsyGS5taXNfc2xhbS52MS5FbmNvZGVkSW1hZ2USJwoEbWFzaxgFIAEoCzIZLm1pc19zbGFtLnYxLkVuY29kZWRJbWFnZSJJCgxQcmV2aWV3SW1hZ2USEAoIc3RhbXBfbnMYASABKAQSJwoEbGVmdBgCIAEoCzIZLm1pc19zbGFtLnYxLkVuY29kZWRJbWFnZSJVCg1JbWFnZUZlYXR1cmVzEhAKCHN0YW1wX25zGAEgASgEEg8KB21hdGNoZWQYAiADKA0SEQoJZGVmb3JtaW5nGAMgAygNEg4KBm90aGVycxgEIAMoDSqHAQoLSW1hZ2VGb3JtYXQSHAoYSU1BR0VfRk9STUFUX1VOU1BFQ0lGSUVEEAASFQoRSU1BR0VfRk9STUFUX0pQRUcQARIUChBJTUFHRV9GT1JNQVRfUE5HEAISFQoRSU1BR0VfRk9STUFUX1JHQjgQAxIWChJJTUFHRV9GT1JNQVRfR1JBWTgQBGIGcHJvdG8z");
 
 /**
  * @generated from message mis_slam.v1.EncodedImage
@@ -114,6 +114,47 @@ export type PreviewImage = Message<"mis_slam.v1.PreviewImage"> & {
  */
 export const PreviewImageSchema: GenMessage<PreviewImage> = /*@__PURE__*/
   messageDesc(file_mis_slam_v1_image, 2);
+
+/**
+ * What the tracker found in that image; before it, under the same stamp. Coordinates are quarter pixels of the image,
+ * from the middle of its first pixel.
+ *
+ * @generated from message mis_slam.v1.ImageFeatures
+ */
+export type ImageFeatures = Message<"mis_slam.v1.ImageFeatures"> & {
+  /**
+   * @generated from field: uint64 stamp_ns = 1;
+   */
+  stampNs: bigint;
+
+  /**
+   * Matched to the map: x and y of each.
+   *
+   * @generated from field: repeated uint32 matched = 2;
+   */
+  matched: number[];
+
+  /**
+   * On tissue that deforms: x and y of each, then x and y of where it was in the frame before.
+   *
+   * @generated from field: repeated uint32 deforming = 3;
+   */
+  deforming: number[];
+
+  /**
+   * All others: x and y of each.
+   *
+   * @generated from field: repeated uint32 others = 4;
+   */
+  others: number[];
+};
+
+/**
+ * Describes the message mis_slam.v1.ImageFeatures.
+ * Use `create(ImageFeaturesSchema)` to create a new message.
+ */
+export const ImageFeaturesSchema: GenMessage<ImageFeatures> = /*@__PURE__*/
+  messageDesc(file_mis_slam_v1_image, 3);
 
 /**
  * @generated from enum mis_slam.v1.ImageFormat
