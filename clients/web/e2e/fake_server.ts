@@ -3,7 +3,8 @@ import { createServer, type IncomingMessage, type Server, type ServerResponse } 
 import type { AddressInfo } from 'node:net';
 import { join, normalize } from 'node:path';
 import { type WebSocket, WebSocketServer } from 'ws';
-import { FakeSession } from './fake_session';
+import { FakeFiles, sendJson, sendText } from './fake_files';
+import { FakeSession, type ReplayChange } from './fake_session';
 
 const TYPES: Readonly<Record<string, string>> = {
   html: 'text/html; charset=utf-8',
@@ -23,6 +24,8 @@ export interface FakeServerOptions {
   readonly port?: number;
   readonly surfels: number;
   readonly epochsPerS: number;
+  /** Whether the session replays a recording. */
+  readonly replay?: boolean;
 }
 
 /**
@@ -31,17 +34,22 @@ export interface FakeServerOptions {
  */
 export class FakeServer {
   readonly session: FakeSession;
+  readonly files = new FakeFiles();
+  /** The one token that is good; without it none is wanted. */
+  token: string | undefined;
   /** How often a picture of the model was asked for. */
   picturesServed = 0;
   private readonly http: Server;
   private readonly sockets = new WebSocketServer({ noServer: true });
 
   private constructor(options: FakeServerOptions) {
-    this.session = new FakeSession('phantom-1', options.surfels, options.epochsPerS);
+    const { surfels, epochsPerS, replay = false } = options;
+    this.session = new FakeSession('phantom-1', surfels, epochsPerS, replay);
     this.http = createServer((request, response) => void this.answer(request, response));
     this.http.on('upgrade', (request, socket, head) => {
-      if (request.url !== `/api/sessions/${this.session.id}/view`) {
-        socket.end('HTTP/1.1 404 Not Found\r\nConnection: close\r\n\r\n');
+      const problem = this.problemOf(request);
+      if (problem !== undefined) {
+        socket.end(`HTTP/1.1 ${problem}\r\nConnection: close\r\n\r\n`);
         return;
       }
       this.sockets.handleUpgrade(request, socket, head, (viewer) => this.session.admit(viewer));
@@ -70,20 +78,67 @@ export class FakeServer {
     await new Promise((resolve) => this.http.close(resolve));
   }
 
+  /** Why a WebSocket is refused. */
+  private problemOf(request: IncomingMessage): string | undefined {
+    if (!this.mayAsk(request)) return '401 Unauthorized';
+    return pathOf(request) === `/api/sessions/${this.session.id}/view` ? undefined : '404 Not Found';
+  }
+
+  private mayAsk(request: IncomingMessage): boolean {
+    if (this.token === undefined) return true;
+    const inQuery = new URLSearchParams(request.url?.split('?')[1]).get('access_token');
+    return request.headers.authorization === `Bearer ${this.token}` || inQuery === this.token;
+  }
+
   private async answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
-    const path = (request.url ?? '/').split('?')[0] ?? '/';
-    if (path === '/api/sessions') sendJson(response, 200, [this.session.summary()]);
-    else if (path === `/api/sessions/${this.session.id}/view.png`) {
-      this.picturesServed += 1;
-      await sendFile(response, 'favicon.svg');
-    } else if (path.startsWith('/api/')) {
-      sendJson(response, 404, { reason: 'unknown_session', text: 'no such session' });
-    } else await sendFile(response, path === '/' ? 'index.html' : path);
+    const path = pathOf(request);
+    if (!path.startsWith('/api/')) await sendFile(response, path === '/' ? 'index.html' : path);
+    else if (!this.mayAsk(request)) {
+      sendJson(response, 401, { reason: 'unauthenticated', text: 'no token, or one that is not valid' });
+    } else if (!(await this.files.answer(path, request, response))) {
+      await this.answerAboutSessions(`${request.method} ${path}`, request, response);
+    }
+  }
+
+  private async answerAboutSessions(
+    wanted: string,
+    request: IncomingMessage,
+    response: ServerResponse,
+  ): Promise<void> {
+    const { session } = this;
+    const base = `/api/sessions/${session.id}`;
+    switch (wanted) {
+      case 'GET /api/sessions':
+        sendJson(response, 200, [session.summary()]);
+        break;
+      case 'POST /api/sessions':
+        sendJson(response, 201, session.summary());
+        break;
+      case `POST ${base}/replay`:
+        session.changeReplay((await bodyOf(request)) as ReplayChange);
+        sendJson(response, 200, session.summary());
+        break;
+      case `GET ${base}/model.ply`:
+        sendText(response, 'ply\n');
+        break;
+      case `GET ${base}/view.png`:
+        this.picturesServed += 1;
+        await sendFile(response, 'favicon.svg');
+        break;
+      default:
+        sendJson(response, 404, { reason: 'unknown_session', text: 'no such session' });
+    }
   }
 }
 
-function sendJson(response: ServerResponse, status: number, body: unknown): void {
-  response.writeHead(status, { 'content-type': 'application/json' }).end(JSON.stringify(body));
+function pathOf(request: IncomingMessage): string {
+  return (request.url ?? '/').split('?')[0] ?? '/';
+}
+
+async function bodyOf(request: IncomingMessage): Promise<unknown> {
+  const pieces: Buffer[] = [];
+  for await (const piece of request) pieces.push(piece as Buffer);
+  return JSON.parse(Buffer.concat(pieces).toString());
 }
 
 async function sendFile(response: ServerResponse, path: string): Promise<void> {

@@ -9,10 +9,18 @@ import { FakeModel } from './fake_model';
 import { FakeShared } from './fake_shared';
 
 const CAMERA = { widthPx: 320, heightPx: 240, fxPx: 300, fyPx: 300, cxPx: 159.5, cyPx: 119.5 };
+const DURATION_S = 60;
 const STATES_PER_S = 4;
 const PREVIEWS_PER_S = 5;
 
 type Body = NonNullable<MessageInitShape<typeof FromServerSchema>['body']>;
+
+/** As protocol/SPEC.md has it. */
+export interface ReplayChange {
+  readonly paused?: boolean;
+  readonly position_s?: number;
+  readonly rate?: number;
+}
 
 /** One session with a synthetic model, poses and a still image, and the faults that tests ask for. */
 export class FakeSession {
@@ -25,18 +33,25 @@ export class FakeSession {
   private status = SessionStatus.LIVE;
   private paused = false;
   private poses = 0;
+  private replayAt = { positionS: 0, paused: false, rate: 1, ended: false };
+  private reconstruction = 1;
+  /** Viewers that want features. */
+  private readonly curious = new Set<WebSocket>();
   /** Snapshots asked for by viewers. */
   resyncs = 0;
+  /** Surfels at most that a viewer asked for last. */
+  maxSurfels = 0;
 
   constructor(
     readonly id: string,
     surfels: number,
     private readonly epochsPerS: number,
+    private readonly replays: boolean,
   ) {
     this.model = new FakeModel(surfels);
     this.timers = [
       setInterval(() => this.publishModel(), 1000 / epochsPerS),
-      setInterval(() => this.publish(this.state()), 1000 / STATES_PER_S),
+      setInterval(() => this.publishState(), 1000 / STATES_PER_S),
       setInterval(() => this.publishPreview(), 1000 / PREVIEWS_PER_S),
     ];
   }
@@ -56,9 +71,28 @@ export class FakeSession {
       } else if (body.case === 'resync') {
         this.resyncs += 1;
         this.seed(viewer);
+      } else if (body.case === 'view') {
+        this.maxSurfels = body.value.maxSurfels;
+        if (body.value.features) this.curious.add(viewer);
+        else this.curious.delete(viewer);
       }
     });
-    viewer.on('close', () => this.viewers.delete(viewer));
+    viewer.on('close', () => {
+      this.viewers.delete(viewer);
+      this.curious.delete(viewer);
+    });
+  }
+
+  /** Pauses, moves or speeds the replay, as the server does. */
+  changeReplay({ paused, position_s: positionS, rate }: ReplayChange): void {
+    const { replayAt } = this;
+    replayAt.paused = paused ?? replayAt.paused;
+    replayAt.rate = rate ?? replayAt.rate;
+    if (positionS !== undefined) {
+      replayAt.positionS = positionS;
+      this.reconstruction += 1;
+    }
+    this.publish(this.state());
   }
 
   /** Nothing more comes from the model, pose and preview lanes; the state goes on saying `live`. */
@@ -88,6 +122,7 @@ export class FakeSession {
       epoch: 1,
       viewers: this.viewers.size,
       model_age_ms: 40,
+      replay: this.replays ? { recording: 'liver.mcap', ...this.replayAt } : null,
     };
   }
 
@@ -100,15 +135,32 @@ export class FakeSession {
     this.viewers.add(viewer);
   }
 
+  private publishState(): void {
+    const { replayAt } = this;
+    if (!replayAt.paused) replayAt.positionS = Math.min(replayAt.positionS + 1 / STATES_PER_S, DURATION_S);
+    this.publish(this.state());
+  }
+
+  private get rests(): boolean {
+    return this.paused || (this.replays && this.replayAt.paused);
+  }
+
   private publishModel(): void {
-    if (this.paused) return;
+    if (this.rests) return;
     const timeS = (Date.now() - this.startMs) / 1000;
     this.publish({ case: 'epoch', value: this.model.advance(timeS) });
     this.publish(this.pose(timeS));
   }
 
   private publishPreview(): void {
-    if (this.paused) return;
+    if (this.rests) return;
+    const found = {
+      stampNs: 0n,
+      matched: grid(40, 20),
+      deforming: [800, 480, 760, 470],
+      others: grid(60, 31),
+    };
+    for (const viewer of this.curious) send(viewer, { case: 'features', value: found });
     const left = { format: ImageFormat.JPEG, widthPx: 320, heightPx: 240, data: this.left };
     this.publish({ case: 'preview', value: { stampNs: 0n, left } });
   }
@@ -153,13 +205,36 @@ export class FakeSession {
         viewers: this.viewers.size,
         picture: 'good',
         camera: CAMERA,
+        spanNs: BigInt(Date.now() - this.startMs) * 1_000_000n,
+        reconstruction: this.reconstruction,
+        ...this.replayState(),
       },
     };
+  }
+
+  private replayState() {
+    if (!this.replays) return {};
+    const { positionS, paused, rate, ended } = this.replayAt;
+    const [positionNs, durationNs] = [ns(positionS), ns(DURATION_S)];
+    return { replay: { recording: 'liver.mcap', positionNs, durationNs, paused, rate, ended } };
   }
 
   private publish(body: Body): void {
     for (const viewer of this.viewers) send(viewer, body);
   }
+}
+
+function ns(seconds: number): bigint {
+  return BigInt(Math.round(seconds * 1e9));
+}
+
+/** Places all over the image, this many pixels apart, in quarter pixels. */
+function grid(stepPx: number, firstPx: number): number[] {
+  const places: number[] = [];
+  for (let y = firstPx; y < CAMERA.heightPx; y += stepPx) {
+    for (let x = firstPx; x < CAMERA.widthPx; x += stepPx) places.push(4 * x, 4 * y);
+  }
+  return places;
 }
 
 function send(viewer: WebSocket, body: Body): void {

@@ -8,11 +8,14 @@ const MAX_ERRORS = 20;
 
 export interface PageStatus {
   /** Which page is shown. */
-  readonly page: 'sessions' | 'session';
+  readonly page: 'sessions' | 'session' | 'access';
   /** The session shown, or null in the list. */
   readonly session: string | null;
   /** Sessions in the list, or null in a session. */
   readonly sessions: readonly string[] | null;
+  /** Recordings and finished runs in their lists, or null in a session. */
+  readonly recordings: readonly string[] | null;
+  readonly finished: readonly string[] | null;
   /** The WebSocket: `none`, `connecting`, `open`, `waiting` (for the next attempt). */
   readonly connection: string;
   /** The session's status as in SPEC.md: `waiting`, `live`, `degraded`, `source_lost`, `closed`, `unspecified`. */
@@ -38,6 +41,10 @@ export interface PageStatus {
   /** Poses and preview images received. */
   readonly poses: number;
   readonly previews: number;
+  /** Where the replay of a recording stands; null where a cart feeds the session. */
+  readonly replay: ReplayStatus | null;
+  /** Features drawn over the image; 0 while they are not wanted. */
+  readonly features: number;
   /** Images of the 3-D view drawn. */
   readonly framesDrawn: number;
   /** Whether the 3-D view shows the model and rests: it glides to no other place. */
@@ -52,13 +59,24 @@ export interface PageStatus {
   readonly errors: readonly string[];
 }
 
+export interface ReplayStatus {
+  readonly positionS: number;
+  readonly durationS: number;
+  readonly paused: boolean;
+  readonly rate: number;
+  readonly ended: boolean;
+}
+
 /** What each page says about itself; the rest of the status is the same for all. */
 export type PartOfPage = Omit<PageStatus, 'errors'>;
 
-const LIST_STATUS: PartOfPage = {
+/** The status of a page that shows nothing. */
+export const EMPTY_STATUS: PartOfPage = {
   page: 'sessions',
   session: null,
-  sessions: [],
+  sessions: null,
+  recordings: null,
+  finished: null,
   connection: 'none',
   state: 'unspecified',
   tracking: 'unspecified',
@@ -72,6 +90,8 @@ const LIST_STATUS: PartOfPage = {
   measuredMm: [],
   poses: 0,
   previews: 0,
+  replay: null,
+  features: 0,
   framesDrawn: 0,
   viewRests: false,
   resyncs: 0,
@@ -80,12 +100,7 @@ const LIST_STATUS: PartOfPage = {
 };
 
 const errors: string[] = [];
-let describe: () => PartOfPage = () => LIST_STATUS;
-
-/** The status of the list that shows these sessions. */
-export function listStatus(sessions: readonly string[]): PartOfPage {
-  return { ...LIST_STATUS, sessions };
-}
+let describe: () => PartOfPage = () => EMPTY_STATUS;
 
 /** Says where the status comes from, from now on. */
 export function describePage(source: () => PartOfPage): void {

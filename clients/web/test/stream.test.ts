@@ -5,11 +5,12 @@ import { DataAge, isStale } from '../src/stream/data_age';
 import { RateMeter } from '../src/stream/rate_meter';
 
 test('data go stale after half a second of silence while the session is live, and only then', () => {
-  assert.equal(isStale('live', 500), false);
-  assert.equal(isStale('live', 501), true);
-  assert.equal(isStale('degraded', 501), true);
-  assert.equal(isStale('source_lost', 60_000), false);
-  assert.equal(isStale('live', null), false);
+  assert.equal(isStale('live', 500, false), false);
+  assert.equal(isStale('live', 501, false), true);
+  assert.equal(isStale('degraded', 501, false), true);
+  assert.equal(isStale('source_lost', 60_000, false), false);
+  assert.equal(isStale('live', null, false), false);
+  assert.equal(isStale('live', 60_000, true), false);
 });
 
 test('the age counts what the data had when they came', () => {

@@ -1,12 +1,14 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { Refused } from '../src/server/access';
+import { parseSessions } from '../src/server/sessions';
 import { messageFor, type Situation } from '../src/session/banner';
-import { parseSessions } from '../src/sessions/api';
 import { age, bitRate, count } from '../src/ui/wording';
 
 const ALL_WELL: Situation = {
   connection: 'open',
-  unknownSession: false,
+  refused: undefined,
+  replay: null,
   status: 'live',
   statusText: '',
   tracking: 'tracked',
@@ -29,7 +31,10 @@ test('the most important of several troubles is said', () => {
     tone: 'bad',
   });
   assert.equal(messageFor({ ...lost, connection: 'waiting' })?.title, 'Connection lost');
-  assert.equal(messageFor({ ...lost, unknownSession: true })?.title, 'No such session');
+  assert.equal(
+    messageFor({ ...lost, refused: new Refused(404, 'unknown_session', 'no session') })?.title,
+    'No such session',
+  );
   assert.equal(messageFor({ ...lost, status: 'live' })?.title, 'Tracking lost');
 });
 

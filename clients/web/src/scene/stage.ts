@@ -214,6 +214,12 @@ export class Stage {
     });
   }
 
+  /** Another world begins: the way through the last one means nothing in it. */
+  forgetTrajectory(): void {
+    this.trajectory.clear();
+    this.dirty = true;
+  }
+
   showTrajectory(visible: boolean): void {
     this.trajectory.line.visible = visible;
     this.dirty = true;

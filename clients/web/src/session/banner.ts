@@ -1,11 +1,14 @@
+import type { Refused } from '../server/access';
 import { element, setData, setText } from '../ui/dom';
-import { age, type Tone } from '../ui/wording';
+import { age, type ReplayStanding, type Tone } from '../ui/wording';
 
 /** What decides whether something has to be said across the 3-D view. */
 export interface Situation {
   readonly connection: string;
-  /** The server says that there is no such session. */
-  readonly unknownSession: boolean;
+  /** Why the server does not let the session be viewed; undefined where it does. */
+  readonly refused: Refused | undefined;
+  /** Where the session replays a recording. */
+  readonly replay: ReplayStanding | null;
   readonly status: string;
   /** The server's reason for the status. */
   readonly statusText: string;
@@ -29,14 +32,19 @@ const WORTH_SAYING_MS = 3000;
 
 /** The one most important thing to say, or nothing. */
 export function messageFor(situation: Situation): Message | undefined {
-  const { connection, status, tracking, surfels } = situation;
+  const { connection, refused, replay, status, tracking, surfels } = situation;
   const shown = situation.hidden ? 'is hidden: it is' : 'shown is';
   const held = surfels > 0 ? `The model ${shown} ${age(situation.ageMs)} old.` : '';
-  if (situation.unknownSession) {
+  if (refused?.status === 404) {
     return { title: 'No such session', detail: 'It has ended, or the address is wrong.', tone: 'bad' };
   }
+  if (refused?.status === 403) return { title: 'Not allowed', detail: refused.message, tone: 'bad' };
   if (connection === 'waiting' || (connection === 'connecting' && situation.silenceMs !== null)) {
     return { title: 'Connection lost', detail: join('Reconnecting …', situation.notice, held), tone: 'bad' };
+  }
+  if (replay?.ended && status !== 'closed') return undefined;
+  if (replay?.paused && surfels === 0) {
+    return { title: 'Paused', detail: 'The model begins when the replay goes on.', tone: 'quiet' };
   }
   if (status === 'source_lost') {
     return { title: 'Source lost', detail: join(situation.statusText, held), tone: 'bad' };
@@ -50,7 +58,7 @@ export function messageFor(situation: Situation): Message | undefined {
   if (status === 'degraded') {
     return { title: 'Degraded', detail: situation.statusText, tone: 'warning' };
   }
-  if (status === 'live' && (situation.silenceMs ?? 0) > WORTH_SAYING_MS) {
+  if (status === 'live' && !replay?.paused && (situation.silenceMs ?? 0) > WORTH_SAYING_MS) {
     return { title: 'No new model data', detail: held, tone: 'warning' };
   }
   if (situation.hidden) return { title: 'Model too old', detail: held, tone: 'warning' };

@@ -3,6 +3,7 @@ import { COLORINGS, type Coloring, colorMapGradient } from '../scene/coloring';
 import type { Legend } from '../scene/stage';
 import { element, setText } from '../ui/dom';
 import { remembered } from '../ui/settings';
+import { count } from '../ui/wording';
 
 /** What the controls do. */
 export interface DisplayActions {
@@ -10,6 +11,8 @@ export interface DisplayActions {
   /** Undefined: nothing is cut away. */
   clip(direction: ClipDirection | undefined, share: number): void;
   moveClip(share: number): void;
+  /** Surfels to be held at most; 0: all. */
+  detail(maxSurfels: number): void;
 }
 
 const COLORING_NAMES: Readonly<Record<Coloring, string>> = {
@@ -31,6 +34,8 @@ const CLIP_NAMES: Readonly<Record<ClipDirection, string>> = {
 const HIDE_AFTER_S = [0, 2, 5, 10, 30, 60];
 const DEFAULT_HIDE_AFTER_S = 10;
 const FIRST_CLIP_SHARE = 0.5;
+/** What a device can be spared; 0: nothing. */
+const MAX_SURFELS = [0, 300_000, 150_000, 75_000, 30_000];
 
 /** How the model is shown: colouring with its legend, clipping plane, and when it is too old to be shown. */
 export class DisplayOptions {
@@ -57,6 +62,10 @@ export class DisplayOptions {
   private readonly hiding = select('Hide when older than', HIDE_AFTER_S.map(String), (seconds) =>
     seconds === '0' ? 'Never' : `${seconds} s`,
   );
+  private readonly detail = select('Surfels at most', MAX_SURFELS.map(String), (surfels) =>
+    surfels === '0' ? 'All' : count(Number(surfels)),
+  );
+  private readonly keptDetail = remembered('max-surfels', 0);
   private readonly hideAfter = remembered('hide-after-s', DEFAULT_HIDE_AFTER_S);
   readonly root = element(
     'section',
@@ -66,6 +75,7 @@ export class DisplayOptions {
     this.clipping.label,
     this.share,
     this.hiding.label,
+    this.detail.label,
   );
 
   constructor(private readonly actions: DisplayActions) {
@@ -76,6 +86,16 @@ export class DisplayOptions {
     this.hiding.select.addEventListener('change', () => {
       this.hideAfter.value = Number(this.hiding.select.value);
     });
+    this.detail.select.value = String(this.keptDetail.value);
+    this.detail.select.addEventListener('change', () => {
+      this.keptDetail.value = Number(this.detail.select.value);
+      actions.detail(this.keptDetail.value);
+    });
+  }
+
+  /** Surfels to be held at most; 0: all. */
+  get maxSurfels(): number {
+    return this.keptDetail.value;
   }
 
   /** Whether a model of this age is too old to be shown. */

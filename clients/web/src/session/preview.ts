@@ -1,6 +1,7 @@
-import { type EncodedImage, ImageFormat } from '../generated/mis_slam/v1/image_pb';
+import { ImageFormat, type PreviewImage } from '../generated/mis_slam/v1/image_pb';
 import { element, setData, setText } from '../ui/dom';
 import { age } from '../ui/wording';
+import type { FeatureOverlay } from './feature_overlay';
 
 /** Previews come a few times a second; one that is older is no longer shown as if it were live. */
 const OLD_AFTER_MS = 1500;
@@ -16,12 +17,16 @@ export class Preview {
   private readonly placeholder = element('p', {}, 'No image yet');
   private readonly oldness = element('p', { class: 'oldness', hidden: '' });
   readonly root = element('div', { class: 'preview' }, this.canvas, this.placeholder, this.oldness);
-  private next: EncodedImage | undefined;
+  private next: PreviewImage | undefined;
   private busy = false;
   private shown = 0;
 
-  constructor(private readonly onError: (error: unknown) => void) {
+  constructor(
+    private readonly overlay: FeatureOverlay,
+    private readonly onError: (error: unknown) => void,
+  ) {
     this.canvas.hidden = true;
+    this.root.append(overlay.canvas, overlay.toggle);
   }
 
   /** Images shown since the start. */
@@ -29,7 +34,7 @@ export class Preview {
     return this.shown;
   }
 
-  show(image: EncodedImage): void {
+  show(image: PreviewImage): void {
     this.next = image;
     if (!this.busy) void this.drain();
   }
@@ -52,13 +57,15 @@ export class Preview {
     this.busy = false;
   }
 
-  private async draw(image: EncodedImage): Promise<void> {
+  private async draw({ stampNs, left: image }: PreviewImage): Promise<void> {
+    if (image === undefined) return;
     const type = MIME_TYPES[image.format];
     if (type === undefined) throw new Error(`a preview in format ${image.format} cannot be shown`);
     const bitmap = await createImageBitmap(new Blob([new Uint8Array(image.data)], { type }));
     this.canvas.width = bitmap.width;
     this.canvas.height = bitmap.height;
     this.canvas.getContext('2d')?.drawImage(bitmap, 0, 0);
+    this.overlay.imageShown(stampNs, bitmap.width, bitmap.height);
     bitmap.close();
     this.canvas.hidden = false;
     this.placeholder.hidden = true;

@@ -1,20 +1,25 @@
+import { create } from '@bufbuild/protobuf';
+import { type View, ViewSchema } from '../generated/mis_slam/v1/control_pb';
 import { type Pose, TrackingOutcome } from '../generated/mis_slam/v1/pose_pb';
 import type { SessionState } from '../generated/mis_slam/v1/session_pb';
 import type { SharedChange, SharedScene } from '../generated/mis_slam/v1/shared_pb';
 import { SurfelStore } from '../model/surfel_store';
-import { describePage, type PartOfPage, recordError } from '../page_status';
+import { describePage, type PartOfPage, type ReplayStatus, recordError } from '../page_status';
 import { Stage } from '../scene/stage';
-import { sessionIsUnknown, viewUrl } from '../sessions/api';
+import type { Refused } from '../server/access';
+import { changeReplay, closeSession, refusalOf, viewUrl } from '../server/sessions';
 import { isStale } from '../stream/data_age';
 import { outcomeName, statusName } from '../stream/names';
 import { SessionFeed } from '../stream/session_feed';
-import { element, setData, setText } from '../ui/dom';
+import { element, pressShortcut, setData, setText } from '../ui/dom';
 import type { Page } from '../ui/page';
 import { age, ageTone, viewedStatusWording } from '../ui/wording';
 import type { Headset, HeadsetMode } from '../xr/headset';
 import { SharedPlacement } from '../xr/shared_placement';
 import { Banner, messageFor } from './banner';
 import { DisplayOptions } from './display_options';
+import { FeatureOverlay } from './feature_overlay';
+import { FilePanel } from './file_panel';
 import { HeadsetButtons } from './headset_buttons';
 import { MeasurementList } from './measurement_list';
 import { Notes } from './notes';
@@ -22,12 +27,15 @@ import { savePicture, toggleFullScreen } from './picture';
 import { Plots } from './plots';
 import { Preview } from './preview';
 import { StatusPanel } from './status_panel';
+import { Timeline } from './timeline';
 import { Toolbar } from './toolbar';
 import { Tools } from './tools';
 
 const REFRESH_MS = 200;
 /** The server sends a surfel anew that is farther off than this: taken for the model's error until an epoch tells. */
 const MODEL_ERROR_MAX_M = 2e-4;
+/** What a stand-alone headset draws at its display's rate. */
+const HEADSET_SURFELS_MAX = 150_000;
 const VIEW_HELP =
   '3-D model. Drag or arrow keys turn it, wheel or plus and minus zoom, right drag or Shift and arrows move it.';
 
@@ -44,8 +52,11 @@ export class SessionPage implements Page {
   });
   private readonly banner = new Banner();
   private readonly panel = new StatusPanel();
-  private readonly preview = new Preview(recordError);
+  private readonly features = new FeatureOverlay(() => this.tellWishes());
+  private readonly preview = new Preview(this.features, recordError);
   private readonly plots = new Plots();
+  private readonly timeline: Timeline;
+  private readonly files: FilePanel;
   private readonly notes: Notes;
   private readonly sharedPlacement: SharedPlacement;
   private readonly options: DisplayOptions;
@@ -57,7 +68,8 @@ export class SessionPage implements Page {
   private readonly feed: SessionFeed;
   private readonly refreshing: number;
   private posesReceived = 0;
-  private unknownSession = false;
+  private refused: Refused | undefined;
+  private reconstruction = 0;
   private headset: Headset | undefined;
   private cameraKnown = false;
 
@@ -74,13 +86,19 @@ export class SessionPage implements Page {
       remove: (index) => this.tools?.remove(index),
       clear: () => this.tools?.clear(),
     });
+    this.timeline = new Timeline({
+      change: (wanted) => changeReplay(session, wanted),
+      end: () => closeSession(session),
+    });
+    this.files = new FilePanel(session);
     this.layOut();
-    this.feed = new SessionFeed(viewUrl(session), this.store, {
+    this.feed = new SessionFeed(viewUrl(session), this.store, this.wishes(), {
       pose: (pose) => this.takePose(pose),
-      preview: (image) => image.left !== undefined && this.preview.show(image.left),
+      preview: (image) => this.preview.show(image),
+      features: (features) => this.features.take(features),
       state: (state) => this.takeState(state),
       shared: (scene) => this.takeShared(scene),
-      disconnected: () => void this.askWhetherUnknown(),
+      disconnected: () => void this.askWhyNot(),
       error: recordError,
     });
     document.title = `${session} · MIS-SLAM`;
@@ -94,6 +112,8 @@ export class SessionPage implements Page {
     window.clearInterval(this.refreshing);
     document.removeEventListener('keydown', this.onKey);
     this.feed.close();
+    this.timeline.dispose();
+    this.files.dispose();
     this.plots.dispose();
     this.tools?.dispose();
     this.stage?.dispose();
@@ -133,7 +153,7 @@ export class SessionPage implements Page {
       this.toolbar.releaseTools();
       return true;
     }
-    return /^[1-9]$/.test(key) ? this.options.chooseColoring(Number(key) - 1) : this.toolbar.press(key);
+    return /^[1-9]$/.test(key) ? this.options.chooseColoring(Number(key) - 1) : pressShortcut(this.root, key);
   }
 
   private makeOptions(): DisplayOptions {
@@ -145,7 +165,23 @@ export class SessionPage implements Page {
       },
       clip: (direction, share) => stage?.setClip(direction && { direction, share }),
       moveClip: (share) => stage?.moveClip(share),
+      detail: () => this.tellWishes(),
     });
+  }
+
+  /** What the server is asked to send: a headset has little time for each image. */
+  private wishes(): View {
+    const chosen = this.options.maxSurfels;
+    const most = this.headset === undefined ? Number.POSITIVE_INFINITY : HEADSET_SURFELS_MAX;
+    const maxSurfels = Math.min(chosen === 0 ? most : chosen, most);
+    return create(ViewSchema, {
+      features: this.features.on,
+      maxSurfels: Number.isFinite(maxSurfels) ? maxSurfels : 0,
+    });
+  }
+
+  private tellWishes(): void {
+    this.feed.want(this.wishes());
   }
 
   private layOut(): void {
@@ -163,11 +199,9 @@ export class SessionPage implements Page {
     this.toolbar.root.append(new HeadsetButtons((mode) => void this.wear(mode), recordError).root);
     model.append(this.toolbar.root);
     const image = element('section', { class: 'card', 'aria-label': 'Scope' }, this.preview.root);
-    const { measurements, notes, options, panel, plots } = this;
-    this.root.append(
-      model,
-      element('aside', {}, image, measurements.root, notes.panel.root, options.root, panel.root, plots.root),
-    );
+    const { measurements, notes, options, panel, plots, files, timeline } = this;
+    const cards = [measurements, notes.panel, options, files, panel, plots].map((card) => card.root);
+    this.root.append(model, timeline.root, element('aside', {}, image, ...cards));
   }
 
   /** Shows the model in a headset. Hands that point measure; the page goes on showing the figures. */
@@ -184,8 +218,10 @@ export class SessionPage implements Page {
         aligned: (roomFromMarker) => this.sharedPlacement.align(roomFromMarker),
         ended: () => {
           this.headset = undefined;
+          this.tellWishes();
         },
       });
+      this.tellWishes();
     } catch (error) {
       recordError(error);
     }
@@ -212,24 +248,51 @@ export class SessionPage implements Page {
   }
 
   private takeState(state: SessionState): void {
-    this.unknownSession = false;
+    this.refused = undefined;
+    this.takeReconstruction(state.reconstruction);
     if (state.camera === undefined || this.cameraKnown) return;
     this.cameraKnown = true;
     this.stage?.setCamera(state.camera);
   }
 
-  private async askWhetherUnknown(): Promise<void> {
-    this.unknownSession = await sessionIsUnknown(this.session);
+  /** Another reconstruction has another world: what was placed in the last one is nowhere in it. */
+  private takeReconstruction(reconstruction: number): void {
+    const another = this.reconstruction !== 0 && this.reconstruction !== reconstruction;
+    this.reconstruction = reconstruction;
+    if (!another) return;
+    this.tools?.clear();
+    this.stage?.forgetTrajectory();
+  }
+
+  private async askWhyNot(): Promise<void> {
+    this.refused = await refusalOf(this.session);
+  }
+
+  private get replay(): ReplayStatus | null {
+    const replay = this.feed.lastState?.replay;
+    if (replay === undefined) return null;
+    const { paused, rate, ended } = replay;
+    return {
+      positionS: seconds(replay.positionNs),
+      durationS: seconds(replay.durationNs),
+      paused,
+      rate,
+      ended,
+    };
   }
 
   private describe(): PartOfPage {
     const { feed } = this;
     const now = performance.now();
     const state = statusName(feed.lastState?.status);
+    const { replay } = this;
+    const rests = replay !== null && (replay.paused || replay.ended);
     return {
       page: 'session',
       session: this.session,
       sessions: null,
+      recordings: null,
+      finished: null,
       connection: feed.connectionState,
       state,
       tracking: outcomeName(feed.lastPose?.outcome ?? feed.lastState?.tracking),
@@ -238,11 +301,13 @@ export class SessionPage implements Page {
       epoch: feed.replica.epoch,
       following: feed.replica.following,
       ageMs: feed.modelAge.ageMs(now),
-      stale: isStale(state, feed.modelAge.silenceMs(now)),
-      hidden: this.options.hides(feed.modelAge.ageMs(now)),
+      stale: isStale(state, feed.modelAge.silenceMs(now), rests),
+      hidden: !rests && this.options.hides(feed.modelAge.ageMs(now)),
       measuredMm: this.tools?.measuredMm ?? [],
       poses: this.posesReceived,
       previews: this.preview.imagesShown,
+      replay,
+      features: this.features.count,
       framesDrawn: this.stage?.framesDrawn ?? 0,
       viewRests: this.stage?.viewRests ?? false,
       resyncs: feed.resyncs,
@@ -260,17 +325,18 @@ export class SessionPage implements Page {
     if (this.tools?.inUse || this.notes.inUse) this.showMarks();
     this.preview.showAge(this.feed.previewAge.ageMs(performance.now()));
     this.showFigures(shown);
+    this.showTimeline(shown);
     this.banner.show(
       messageFor({
         ...shown,
         status: shown.state,
-        unknownSession: this.unknownSession,
+        refused: this.refused,
         statusText: this.feed.lastState?.text ?? '',
         notice: this.feed.notice,
         silenceMs: this.feed.modelAge.silenceMs(performance.now()),
       }),
     );
-    const status = viewedStatusWording(shown.state, shown.connection);
+    const status = viewedStatusWording(shown.state, shown.connection, shown.replay);
     setText(this.statusPill, status.text);
     setData(this.statusPill, 'tone', status.tone);
     setText(this.agePill, `Age ${age(shown.ageMs)}`);
@@ -278,6 +344,14 @@ export class SessionPage implements Page {
     for (const name of ['connection', 'state', 'tracking', 'surfels', 'epoch', 'stale', 'hidden'] as const) {
       setData(this.root, name, String(shown[name]));
     }
+  }
+
+  private showTimeline(shown: PartOfPage): void {
+    const { replay, spanNs = 0n } = this.feed.lastState ?? {};
+    const playing = shown.replay && replay && { ...shown.replay, recording: replay.recording };
+    const live = shown.connection === 'open' && ['live', 'degraded'].includes(shown.state);
+    this.timeline.show({ replay: playing ?? undefined, spanS: seconds(spanNs), live });
+    if (shown.state === 'closed' || this.refused?.status === 404) this.files.sessionEnded(performance.now());
   }
 
   private showFigures(shown: PartOfPage): void {
@@ -300,6 +374,10 @@ export class SessionPage implements Page {
       viewers: feed.lastState?.viewers ?? 0,
     });
   }
+}
+
+function seconds(ns: bigint): number {
+  return Number(ns) / 1e9;
 }
 
 /** Whether keys pressed here write text or move a control. */

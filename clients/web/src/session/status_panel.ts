@@ -6,6 +6,7 @@ import {
   bitRate,
   count,
   perSecond,
+  type ReplayStanding,
   type Tone,
   trackingWording,
   viewedStatusWording,
@@ -15,6 +16,7 @@ import {
 export interface Figures {
   readonly connection: string;
   readonly status: string;
+  readonly replay: ReplayStanding | null;
   readonly tracking: string;
   /** Fitness of the newest picture: `good`, `black`, `frozen`, `blurred`; empty before the first. */
   readonly picture: string;
@@ -72,7 +74,7 @@ export class StatusPanel {
   }
 
   show(figures: Figures): void {
-    const status = viewedStatusWording(figures.status, figures.connection);
+    const status = viewedStatusWording(figures.status, figures.connection, figures.replay);
     const tracking = trackingWording(figures.tracking);
     const trackingNow = figures.connection === 'open' && figures.status !== 'source_lost';
     const partly = figures.following ? '' : ` of ${count(figures.serverSurfels)}`;

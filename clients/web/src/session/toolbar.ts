@@ -63,15 +63,6 @@ export class Toolbar {
   releaseTools(but?: Tool): void {
     for (const [tool, node] of Object.entries(this.toolButtons)) if (tool !== but) release(node);
   }
-
-  /** Presses the button whose letter this is; false where there is none. */
-  press(key: string): boolean {
-    const target = this.root.querySelector<HTMLButtonElement>(
-      `button[aria-keyshortcuts="${CSS.escape(key)}"]`,
-    );
-    target?.click();
-    return target !== null;
-  }
 }
 
 function release(node: HTMLButtonElement): void {

@@ -61,6 +61,7 @@ export class Tools {
     this.events.changed();
   }
 
+  /** Forgets all measurements. */
   clear(): void {
     this.measurements = [];
     this.pending = undefined;

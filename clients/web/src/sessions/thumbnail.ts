@@ -1,5 +1,5 @@
+import { pictureUrl, type SessionSummary } from '../server/sessions';
 import { element } from '../ui/dom';
-import { pictureUrl, type SessionSummary } from './api';
 
 /** Drawing it takes its turn on the server's GPU: a model changes little in this time. */
 const REFRESH_MS = 15_000;

@@ -34,9 +34,10 @@ export class DataAge {
 
 /**
  * Whether the model has to be shown as stale: silence of the model lane while new data should come. A model
- * whose source is gone, or which has ended, is held as it is; its age is said in words.
+ * whose source is gone, or which has ended, is held as it is; its age is said in words. So is that of a replay
+ * that rests: it is paused or at its end.
  */
-export function isStale(status: string, silenceMs: number | null): boolean {
-  const expected = status === 'live' || status === 'degraded';
+export function isStale(status: string, silenceMs: number | null, replayRests: boolean): boolean {
+  const expected = (status === 'live' || status === 'degraded') && !replayRests;
   return expected && silenceMs !== null && silenceMs > STALE_AFTER_MS;
 }

@@ -1,7 +1,7 @@
 /** What goes over the WebSocket: one protobuf envelope in each message. */
 import { create, fromBinary, toBinary } from '@bufbuild/protobuf';
 import { decompress } from 'fzstd';
-import { HelloSchema, ResyncSchema } from '../generated/mis_slam/v1/control_pb';
+import { HelloSchema, ResyncSchema, type View } from '../generated/mis_slam/v1/control_pb';
 import {
   type FromServer,
   FromServerSchema,
@@ -31,6 +31,11 @@ export function encodeHello(): Uint8Array<ArrayBuffer> {
 /** Asks for a snapshot. */
 export function encodeResync(heldEpoch: number): Uint8Array<ArrayBuffer> {
   return encode({ case: 'resync', value: create(ResyncSchema, { heldEpoch }) });
+}
+
+/** Says what this viewer wants, until the next time. */
+export function encodeView(view: View): Uint8Array<ArrayBuffer> {
+  return encode({ case: 'view', value: view });
 }
 
 /** Asks for a change of what viewers share. */

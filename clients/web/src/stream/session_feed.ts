@@ -1,6 +1,6 @@
-import type { Refusal } from '../generated/mis_slam/v1/control_pb';
+import type { Refusal, View } from '../generated/mis_slam/v1/control_pb';
 import type { FromServer } from '../generated/mis_slam/v1/envelope_pb';
-import type { PreviewImage } from '../generated/mis_slam/v1/image_pb';
+import type { ImageFeatures, PreviewImage } from '../generated/mis_slam/v1/image_pb';
 import type { Pose } from '../generated/mis_slam/v1/pose_pb';
 import type { SessionState } from '../generated/mis_slam/v1/session_pb';
 import type { SharedChange, SharedScene } from '../generated/mis_slam/v1/shared_pb';
@@ -8,7 +8,7 @@ import { type Applied, Replica } from '../model/replica';
 import type { SurfelStore } from '../model/surfel_store';
 import { Connection, type ConnectionState } from './connection';
 import { DataAge } from './data_age';
-import { decodeFromServer, encodeResync, encodeSharedChange } from './messages';
+import { decodeFromServer, encodeResync, encodeSharedChange, encodeView } from './messages';
 import { RateMeter } from './rate_meter';
 
 /** A snapshot that does not come is asked for again, and a bad one is not asked for at once, after this time. */
@@ -19,6 +19,7 @@ const RESYNC_CHECK_MS = 1000;
 export interface FeedEvents {
   pose(pose: Pose): void;
   preview(image: PreviewImage): void;
+  features(features: ImageFeatures): void;
   state(state: SessionState): void;
   /** What viewers share changed, or is told for the first time. */
   shared(scene: SharedScene): void;
@@ -51,6 +52,7 @@ export class SessionFeed {
   constructor(
     url: string,
     store: SurfelStore,
+    private view: View,
     private readonly events: FeedEvents,
   ) {
     this.replica = new Replica(store);
@@ -64,6 +66,12 @@ export class SessionFeed {
   /** Asks the server to change what viewers share. */
   changeShared(change: SharedChange): void {
     this.connection.send(encodeSharedChange(change));
+  }
+
+  /** Says what this viewer wants, now and after each greeting. */
+  want(view: View): void {
+    this.view = view;
+    this.connection.send(encodeView(view));
   }
 
   close(): void {
@@ -97,6 +105,7 @@ export class SessionFeed {
     switch (body.case) {
       case 'hello':
         this.notice = '';
+        this.connection.send(encodeView(this.view));
         break;
       case 'refusal':
         this.refused(body.value);
@@ -119,6 +128,9 @@ export class SessionFeed {
       case 'preview':
         this.previewAge.heard(performance.now());
         this.events.preview(body.value);
+        break;
+      case 'features':
+        this.events.features(body.value);
         break;
       case 'shared':
         this.events.shared(body.value);

@@ -17,6 +17,15 @@ export function setText(node: Element, text: string): void {
   if (node.textContent !== text) node.textContent = text;
 }
 
+/** Presses the button whose letter this is; false where none below `root` can be pressed so. */
+export function pressShortcut(root: HTMLElement, key: string): boolean {
+  const target = root.querySelector<HTMLButtonElement>(
+    `button[aria-keyshortcuts="${CSS.escape(key)}"]:not([hidden], :disabled)`,
+  );
+  target?.click();
+  return target !== null;
+}
+
 /** Sets a data attribute where it differs. */
 export function setData(node: HTMLElement, name: string, value: string): void {
   if (node.dataset[name] !== value) node.dataset[name] = value;

@@ -32,9 +32,26 @@ export function statusWording(name: string): Wording {
   return STATUS[name] ?? UNKNOWN;
 }
 
+/** How a replay stands, as far as it changes what a session's status means. */
+export interface ReplayStanding {
+  readonly paused: boolean;
+  readonly ended: boolean;
+}
+
+/** The same for a session that may replay a recording: one that is paused or at its end has lost no source. */
+export function sessionWording(name: string, replay: ReplayStanding | null): Wording {
+  if (replay === null || name === 'closed' || name === 'degraded') return statusWording(name);
+  if (replay.ended) return { text: 'Replay ended', tone: 'quiet' };
+  return replay.paused ? { text: 'Replay paused', tone: 'quiet' } : { text: 'Replay', tone: 'good' };
+}
+
 /** The same for a viewer, to whom a status is worth nothing while the server cannot be heard. */
-export function viewedStatusWording(name: string, connection: string): Wording {
-  return connection === 'open' ? statusWording(name) : { text: 'Not connected', tone: 'bad' };
+export function viewedStatusWording(
+  name: string,
+  connection: string,
+  replay: ReplayStanding | null,
+): Wording {
+  return connection === 'open' ? sessionWording(name, replay) : { text: 'Not connected', tone: 'bad' };
 }
 
 /** Wording of a tracking outcome by its name on the wire, such as `not_initialized`. */
@@ -58,6 +75,25 @@ export function ageTone(ms: number | null): Tone {
 /** `1 234 567`, with narrow spaces. */
 export function count(value: number): string {
   return String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, '\u202f');
+}
+
+/** `4.2 GB`, `17 MB`, `900 kB`. */
+export function bytes(value: number): string {
+  for (const [unit, size] of [
+    ['GB', 1e9],
+    ['MB', 1e6],
+  ] as const) {
+    if (value >= 0.9995 * size) return `${(value / size).toFixed(value < 10 * size ? 1 : 0)} ${unit}`;
+  }
+  return `${Math.ceil(value / 1000)} kB`;
+}
+
+/** A time span as clocks show it: `0:07`, `12:34`, `1:02:03`. */
+export function clock(seconds: number): string {
+  const whole = Math.max(0, Math.floor(seconds));
+  const two = (value: number) => String(value).padStart(2, '0');
+  const [hours, minutes] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60];
+  return hours > 0 ? `${hours}:${two(minutes)}:${two(whole % 60)}` : `${minutes}:${two(whole % 60)}`;
 }
 
 /** `29.7/s`. */
