@@ -1,6 +1,7 @@
 import { readFileSync } from 'node:fs';
 import { create, fromBinary, type MessageInitShape, toBinary } from '@bufbuild/protobuf';
 import type { WebSocket } from 'ws';
+import type { View } from '../src/generated/mis_slam/v1/control_pb';
 import { FromServerSchema, ToServerSchema } from '../src/generated/mis_slam/v1/envelope_pb';
 import { ImageFormat } from '../src/generated/mis_slam/v1/image_pb';
 import { TrackingOutcome } from '../src/generated/mis_slam/v1/pose_pb';
@@ -39,8 +40,8 @@ export class FakeSession {
   private readonly curious = new Set<WebSocket>();
   /** Snapshots asked for by viewers. */
   resyncs = 0;
-  /** Surfels at most that a viewer asked for last. */
-  maxSurfels = 0;
+  /** What a viewer asked for last. */
+  wishes: View | undefined;
 
   constructor(
     readonly id: string,
@@ -72,7 +73,7 @@ export class FakeSession {
         this.resyncs += 1;
         this.seed(viewer);
       } else if (body.case === 'view') {
-        this.maxSurfels = body.value.maxSurfels;
+        this.wishes = body.value;
         if (body.value.features) this.curious.add(viewer);
         else this.curious.delete(viewer);
       }

@@ -6,7 +6,7 @@ import { Matrix4, Quaternion, Vector3 } from 'three';
 import type { PageStatus } from '../src/page_status';
 import { launchChromium } from './chromium.mjs';
 import { FakeServer } from './fake_server';
-import { TIMEOUT_MS, untilOn } from './until';
+import { TIMEOUT_MS, untilHere, untilOn } from './until';
 
 /** Makes a Quest 3 of the browser; its controllers are moved through `window.xrDevice`. */
 const EMULATION = `
@@ -93,6 +93,18 @@ for (const [label, blending] of [
     await until(`misSlam.framesDrawn > ${framesDrawn}`);
   });
 }
+
+test('a headset asks for what it can draw, where its wearer looks, and the page for all again', async () => {
+  await page.getByRole('button', { name: 'VR', exact: true }).click();
+  await until('misSlam.headset !== null');
+  await untilHere(page, () => server.session.wishes?.maxSurfels === 150_000);
+  await untilHere(page, () => server.session.wishes?.gazeInWorld !== undefined);
+  const { xM = 0, yM = 0, zM = 0 } = server.session.wishes?.gazeInWorld ?? {};
+  // Straight ahead, which is a little above the model.
+  assert.ok(Math.abs(xM) < 0.05 && yM < 0 && yM > -0.3 && zM > 0 && zM < 0.2, `${[xM, yM, zM]}`);
+  await page.evaluate('xrDevice.activeSession.end()');
+  await untilHere(page, () => server.session.wishes?.maxSurfels === 0);
+});
 
 test('a hand that grabs the model carries it', async () => {
   await page.getByRole('button', { name: 'VR', exact: true }).click();

@@ -6,7 +6,7 @@ import type { Browser, Page } from 'playwright-core';
 import type { PageStatus } from '../src/page_status';
 import { launchChromium } from './chromium.mjs';
 import { FakeServer } from './fake_server';
-import { TIMEOUT_MS, untilOn } from './until';
+import { TIMEOUT_MS, untilHere, untilOn } from './until';
 
 let browser: Browser;
 let server: FakeServer;
@@ -103,9 +103,7 @@ test('the files of a session that has ended are those that it left', async () =>
 
 test('a device that can hold few surfels asks for no more', async () => {
   await page.getByLabel('Surfels at most').selectOption('30000');
-  const endMs = Date.now() + TIMEOUT_MS;
-  while (server.session.maxSurfels !== 30_000 && Date.now() < endMs) await page.waitForTimeout(20);
-  assert.equal(server.session.maxSurfels, 30_000);
+  await untilHere(page, () => server.session.wishes?.maxSurfels === 30_000);
   await page.reload();
   await until('misSlam.following');
   assert.equal(await page.getByLabel('Surfels at most').inputValue(), '30000');

@@ -16,3 +16,12 @@ export async function untilOn(page: Page, expression: string): Promise<PageStatu
   }
   throw new Error(`${expression} did not come true; ${JSON.stringify(await page.evaluate('misSlam'))}`);
 }
+
+/** Waits until something holds on this side, such as what the fake server was told. */
+export async function untilHere(page: Page, holds: () => boolean): Promise<void> {
+  const endMs = Date.now() + TIMEOUT_MS;
+  while (!holds()) {
+    if (Date.now() > endMs) throw new Error(`${holds} did not come true`);
+    await page.waitForTimeout(20);
+  }
+}

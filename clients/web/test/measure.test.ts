@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { packSurfel } from '../e2e/synthetic_surface';
 import { Anchor } from '../src/measure/anchor';
+import { BoundNotes, type SharedNote } from '../src/measure/bound_notes';
 import { lengthText, Measurement } from '../src/measure/measurement';
 import { WORDS_PER_RECORD } from '../src/model/packed_surfels';
 import { surfacePath } from '../src/model/surface_path';
@@ -116,4 +117,30 @@ test('the foremost disc that is not cut away is picked', () => {
 test('lengths are written with the digits that their uncertainty allows', () => {
   assert.equal(lengthText({ valueM: 0.023456, uncertaintyM: 0.0003 }), '23.46 ± 0.30 mm');
   assert.equal(lengthText({ valueM: 0.0404, uncertaintyM: 0.0012 }), '40.4 ± 1.2 mm');
+});
+
+test('a note stays where it has followed the tissue to while others come and go', () => {
+  const store = storeOf([
+    [0, 0, 0.05],
+    [0.0015, 0, 0.05],
+    [0.003, 0, 0.05],
+  ]);
+  const notes = new BoundNotes(store);
+  const at = (id: number, surfelId: number): SharedNote => ({
+    id,
+    text: `note ${id}`,
+    surfelId,
+    pointInWorld: { xM: 0, yM: 0, zM: 0.05 },
+  });
+  notes.take([at(1, 0)]);
+  // The surfel goes, and then the one that took its place: each is followed to the next one within 2 mm.
+  for (const gone of [0, 1]) {
+    store.remove(gone);
+    notes.all[0]?.anchor.follow();
+  }
+  notes.take([at(1, 0), at(2, 2)]);
+  const [first, second] = notes.all;
+  assert.deepEqual([first?.anchor.surfelId, second?.anchor.surfelId], [2, 2]);
+  notes.take([at(1, 1)]);
+  assert.deepEqual([notes.count, notes.all[0]?.anchor.surfelId], [1, 1]);
 });

@@ -189,7 +189,7 @@ impl DenseEnd {
             PictureRequest::Picture(wanted, answer) => answer.with(|| self.draw(&wanted)),
             PictureRequest::Surfels(answer) => answer.with(|| {
                 let _turn = self.seat.take();
-                self.model.surfels().map_err(refused)
+                self.model.surfels().map_err(|error| refused(&error))
             }),
         }
     }
@@ -197,12 +197,12 @@ impl DenseEnd {
     fn draw(&self, wanted: &PictureWanted) -> Result<Rgb, PictureError> {
         let _turn = self.seat.take();
         let bounds = || {
-            let surfels = self.model.surfels().map_err(refused)?;
+            let surfels = self.model.surfels().map_err(|error| refused(&error))?;
             Ok(Bounds::of(surfels.iter().map(|surfel| (&surfel.position, &surfel.normal))))
         };
         let scope = self.world_from_scope.as_ref().map(|pose| (&self.rig.left, pose));
         let view = wanted.view(scope, bounds)?;
-        Ok(self.model.render(&view, wanted.coloring).map_err(refused)?.rgb)
+        Ok(self.model.render(&view, wanted.coloring).map_err(|error| refused(&error))?.rgb)
     }
 
     fn process(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
@@ -239,7 +239,7 @@ impl DenseEnd {
     }
 }
 
-fn refused(error: DenseError) -> PictureError {
+fn refused(error: &DenseError) -> PictureError {
     PictureError::Gpu(error.to_string())
 }
 

@@ -1,27 +1,15 @@
 import { create } from '@bufbuild/protobuf';
-import {
-  type Annotation,
-  type SharedChange,
-  SharedChangeSchema,
-  type SharedScene,
-} from '../generated/mis_slam/v1/shared_pb';
+import { type SharedChange, SharedChangeSchema, type SharedScene } from '../generated/mis_slam/v1/shared_pb';
 import { Anchor } from '../measure/anchor';
+import { BoundNotes } from '../measure/bound_notes';
 import type { SurfelStore } from '../model/surfel_store';
 import type { Mark } from '../scene/marks';
 import { AnnotationPanel } from './annotation_panel';
 
-interface BoundNote {
-  readonly text: string;
-  /** The surfel that the server knows it by. */
-  readonly surfelId: number;
-  readonly anchor: Anchor;
-}
-
 /** The notes of a session: what the server says, bound to the tissue, and what is asked of it. */
 export class Notes {
   readonly panel: AnnotationPanel;
-  /** By the note's id: what follows the tissue goes on doing so while notes come and go. */
-  private bound: ReadonlyMap<number, BoundNote> = new Map();
+  private readonly bound: BoundNotes;
   private chosen: Anchor | undefined;
 
   /** `send` hands a change to the server; `changed` is told when other marks have to be drawn. */
@@ -30,6 +18,7 @@ export class Notes {
     private readonly send: (change: SharedChange) => void,
     private readonly changed: () => void,
   ) {
+    this.bound = new BoundNotes(store);
     this.panel = new AnnotationPanel({
       write: (text, author) => this.write(text, author),
       cancel: () => this.choose(undefined),
@@ -39,12 +28,12 @@ export class Notes {
 
   /** Whether any mark has to be kept up with the model. */
   get inUse(): boolean {
-    return this.bound.size > 0 || this.chosen !== undefined;
+    return this.bound.count > 0 || this.chosen !== undefined;
   }
 
   /** Notes in the session. */
   get count(): number {
-    return this.bound.size;
+    return this.bound.count;
   }
 
   /** A place was chosen: the form asks what to write there. */
@@ -54,24 +43,13 @@ export class Notes {
   }
 
   take({ annotations }: SharedScene): void {
-    this.bound = new Map(annotations.map((note) => [note.id, this.bind(note)]));
+    this.bound.take(annotations);
     this.panel.show(annotations);
     this.changed();
   }
 
-  /** A note that is bound already stays where it has followed the tissue to, unless it was bound anew. */
-  private bind({ id, text, surfelId, pointInWorld: point }: Annotation): BoundNote {
-    const held = this.bound.get(id);
-    if (held?.surfelId === surfelId) return { ...held, text };
-    return {
-      text,
-      surfelId,
-      anchor: new Anchor(this.store, surfelId, point && [point.xM, point.yM, point.zM]),
-    };
-  }
-
   marks(): Mark[] {
-    const marks = [...this.bound.values()].map(({ text, anchor }): Mark => {
+    const marks = this.bound.all.map(({ text, anchor }): Mark => {
       const dimmed = anchor.follow() === undefined;
       return {
         line: [],

@@ -1,5 +1,4 @@
-import { create } from '@bufbuild/protobuf';
-import { type View, ViewSchema } from '../generated/mis_slam/v1/control_pb';
+import type { View } from '../generated/mis_slam/v1/control_pb';
 import { type Pose, TrackingOutcome } from '../generated/mis_slam/v1/pose_pb';
 import type { SessionState } from '../generated/mis_slam/v1/session_pb';
 import type { SharedChange, SharedScene } from '../generated/mis_slam/v1/shared_pb';
@@ -30,12 +29,11 @@ import { StatusPanel } from './status_panel';
 import { Timeline } from './timeline';
 import { Toolbar } from './toolbar';
 import { Tools } from './tools';
+import { GazeWatch, viewMessage } from './wishes';
 
 const REFRESH_MS = 200;
 /** The server sends a surfel anew that is farther off than this: taken for the model's error until an epoch tells. */
 const MODEL_ERROR_MAX_M = 2e-4;
-/** What a stand-alone headset draws at its display's rate. */
-const HEADSET_SURFELS_MAX = 150_000;
 const VIEW_HELP =
   '3-D model. Drag or arrow keys turn it, wheel or plus and minus zoom, right drag or Shift and arrows move it.';
 
@@ -70,6 +68,7 @@ export class SessionPage implements Page {
   private posesReceived = 0;
   private refused: Refused | undefined;
   private reconstruction = 0;
+  private readonly gaze = new GazeWatch();
   private headset: Headset | undefined;
   private cameraKnown = false;
 
@@ -169,14 +168,13 @@ export class SessionPage implements Page {
     });
   }
 
-  /** What the server is asked to send: a headset has little time for each image. */
+  /** What the server is asked to send. */
   private wishes(): View {
-    const chosen = this.options.maxSurfels;
-    const most = this.headset === undefined ? Number.POSITIVE_INFINITY : HEADSET_SURFELS_MAX;
-    const maxSurfels = Math.min(chosen === 0 ? most : chosen, most);
-    return create(ViewSchema, {
+    return viewMessage({
       features: this.features.on,
-      maxSurfels: Number.isFinite(maxSurfels) ? maxSurfels : 0,
+      maxSurfels: this.options.maxSurfels,
+      inHeadset: this.headset !== undefined,
+      gaze: this.headset?.gaze,
     });
   }
 
@@ -322,6 +320,7 @@ export class SessionPage implements Page {
     this.stage?.hideModel(shown.hidden);
     this.stage?.setEpoch(shown.epoch);
     this.options.showLegend(this.stage?.legend);
+    if (this.gaze.hasMoved(this.headset?.gaze, performance.now())) this.tellWishes();
     if (this.tools?.inUse || this.notes.inUse) this.showMarks();
     this.preview.showAge(this.feed.previewAge.ageMs(performance.now()));
     this.showFigures(shown);

@@ -89,6 +89,14 @@ export class Headset {
     return this.roomFromWorld;
   }
 
+  /** What the wearer looks at: the place nearest to the model's middle on the line of sight, in world coordinates. */
+  get gaze(): Vector3 | undefined {
+    if (this.roomFromWorld === undefined) return undefined;
+    const sight = rayOf(this.parts.renderer.xr.getCamera().matrixWorld);
+    sight.applyMatrix4(this.roomFromWorld.clone().invert());
+    return sight.closestPointToPoint(this.parts.centre(), new Vector3());
+  }
+
   /** Puts the model where another headset has it. */
   place(roomFromWorld: Matrix4): void {
     if (!this.grab.active) this.roomFromWorld = roomFromWorld.clone();
