@@ -24,6 +24,8 @@ pub struct PublishConfig {
     pub preview_hz: f64,
     /// JPEG quality of preview images, 1 to 100.
     pub preview_jpeg_quality: u8,
+    /// Whether the tracker's features are drawn into them.
+    pub preview_features: bool,
     /// Model epochs waiting for one viewer; beyond it the viewer is seeded anew.
     pub viewer_budget_mib: f64,
     /// Age of the oldest of them; beyond it likewise.

@@ -21,11 +21,11 @@ use super::worker::{
     self, FusedPair, Sink, SinkError, StageConfig, StereoPair, TrackedPair, Worker, WorkerError, WorkerSetup,
 };
 use crate::config::Config;
-use crate::convert;
 use crate::picture::{PictureError, PictureInlet, PictureWanted};
 use crate::publish::{PublishConfig, Throttle};
 use crate::replay::collector::Collector;
 use crate::replay::files::{self, Run};
+use crate::{convert, feature_picture};
 
 /// Tracker and dense model on one GPU that all sessions share.
 pub struct GpuEngine {
@@ -83,6 +83,7 @@ impl Engine for GpuEngine {
         let sink = LiveSink {
             hub: Arc::clone(&hub),
             preview_jpeg_quality: self.publish.preview_jpeg_quality,
+            preview_features: self.publish.preview_features,
             preview: Mutex::new(Throttle::new(self.publish.preview_hz)),
             model: Mutex::new(Throttle::new(self.publish.model_hz)),
             weight_max: self.stages.dense.fusion.weight_max,
@@ -147,6 +148,7 @@ impl RunningEngine for Running {
 struct LiveSink {
     hub: Arc<Hub>,
     preview_jpeg_quality: u8,
+    preview_features: bool,
     preview: Mutex<Throttle>,
     model: Mutex<Throttle>,
     weight_max: f32,
@@ -159,7 +161,8 @@ fn admits(throttle: &Mutex<Throttle>) -> bool {
 
 impl LiveSink {
     fn publish_preview(&self, pair: &TrackedPair) {
-        match recording::encode_jpeg(&pair.left, self.preview_jpeg_quality) {
+        let drawn = self.preview_features.then(|| feature_picture::draw(&pair.left, &pair.report.features));
+        match recording::encode_jpeg(drawn.as_ref().unwrap_or(&*pair.left), self.preview_jpeg_quality) {
             Ok(image) => {
                 if self.hub.features.receiver_count() > 0 {
                     let features = convert::features_to_wire(pair.stamp_ns, &pair.report.features);
