@@ -264,6 +264,8 @@ async fn uploads_that_cannot_be_replayed_are_not_kept() {
     .await;
     let reason = |(status, answer): (u16, Value)| (status, answer["reason"].as_str().unwrap().to_owned());
     let noise = server.upload("/api/recordings/noise.mcap", vec![0x5A; 5000]).await;
+    let told = noise.1["text"].as_str().unwrap();
+    assert!(!told.contains(folder.path().to_str().unwrap()), "{told}");
     assert_eq!(reason(noise), (422, "invalid_recording".into()));
     let large = server.upload("/api/recordings/large.mcap", vec![0; (1 << 20) + 1]).await;
     assert_eq!(reason(large), (413, "oversized_message".into()));

@@ -55,6 +55,8 @@ test('the slider moves the replay by keyboard, and measurements of the last worl
   assert.equal(moved.replay?.durationS, 60);
   assert.match((await slider().getAttribute('aria-valuetext')) ?? '', /of 1:00$/);
   await until('misSlam.measuredMm.length === 0');
+  await page.keyboard.press('k');
+  await until('misSlam.replay.paused');
 });
 
 test('the rate is chosen from a list', async () => {

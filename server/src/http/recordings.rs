@@ -134,6 +134,10 @@ async fn receive(
 
 /// Only what a session could replay is kept.
 fn check(path: &FilePath, config: &RecordingConfig) -> Result<(), Rejection> {
-    let problem = |text: String| Rejection::new(Reason::InvalidRecording, text);
-    ReplaySource::open("upload", path, config).map(drop).map_err(|error| problem(error.to_string()))
+    ReplaySource::open("upload", path, config).map(drop).map_err(|error| {
+        let text = error.to_string();
+        // Where the server keeps it is nobody's business.
+        let told = text.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&text);
+        Rejection::new(Reason::InvalidRecording, told)
+    })
 }

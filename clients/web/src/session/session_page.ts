@@ -379,9 +379,10 @@ function seconds(ns: bigint): number {
   return Number(ns) / 1e9;
 }
 
-/** Whether keys pressed here write text or move a control. */
+/** Whether letters pressed here write text or choose something. */
 function takesText(target: EventTarget | null): boolean {
-  return target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
+  if (target instanceof HTMLInputElement) return target.type !== 'range';
+  return target instanceof HTMLSelectElement;
 }
 
 /** The 3-D view, or nothing where the browser cannot draw it; all else still works then. */
