@@ -139,11 +139,12 @@ export class FakeSession {
   private publishState(): void {
     const { replayAt } = this;
     if (!replayAt.paused) replayAt.positionS = Math.min(replayAt.positionS + 1 / STATES_PER_S, DURATION_S);
+    replayAt.ended = replayAt.positionS === DURATION_S;
     this.publish(this.state());
   }
 
   private get rests(): boolean {
-    return this.paused || (this.replays && this.replayAt.paused);
+    return this.paused || (this.replays && (this.replayAt.paused || this.replayAt.ended));
   }
 
   private publishModel(): void {

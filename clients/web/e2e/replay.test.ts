@@ -55,8 +55,10 @@ test('the slider moves the replay by keyboard, and measurements of the last worl
   assert.equal(moved.replay?.durationS, 60);
   assert.match((await slider().getAttribute('aria-valuetext')) ?? '', /of 1:00$/);
   await until('misSlam.measuredMm.length === 0');
+  await page.getByRole('button', { name: 'Again' }).waitFor();
+  await page.locator('.heading .pill', { hasText: 'Replay ended' }).waitFor();
   await page.keyboard.press('k');
-  await until('misSlam.replay.paused');
+  await until('misSlam.replay.positionS < 50 && !misSlam.replay.ended');
 });
 
 test('the rate is chosen from a list', async () => {

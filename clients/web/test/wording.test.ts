@@ -19,6 +19,8 @@ const ALL_WELL: Situation = {
   hidden: false,
 };
 
+const GONE = new Refused(404, 'unknown_session', 'no session');
+
 test('nothing is said while all is well', () => {
   assert.equal(messageFor(ALL_WELL), undefined);
 });
@@ -31,10 +33,8 @@ test('the most important of several troubles is said', () => {
     tone: 'bad',
   });
   assert.equal(messageFor({ ...lost, connection: 'waiting' })?.title, 'Connection lost');
-  assert.equal(
-    messageFor({ ...lost, refused: new Refused(404, 'unknown_session', 'no session') })?.title,
-    'No such session',
-  );
+  assert.equal(messageFor({ ...lost, surfels: 0, refused: GONE })?.title, 'No such session');
+  assert.equal(messageFor({ ...lost, surfels: 1000, refused: GONE })?.title, 'Session ended');
   assert.equal(messageFor({ ...lost, status: 'live' })?.title, 'Tracking lost');
 });
 

@@ -35,6 +35,9 @@ export function messageFor(situation: Situation): Message | undefined {
   const { connection, refused, replay, status, tracking, surfels } = situation;
   const shown = situation.hidden ? 'is hidden: it is' : 'shown is';
   const held = surfels > 0 ? `The model ${shown} ${age(situation.ageMs)} old.` : '';
+  if (refused?.status === 404 && surfels > 0) {
+    return { title: 'Session ended', detail: 'This is what was last seen of it.', tone: 'quiet' };
+  }
   if (refused?.status === 404) {
     return { title: 'No such session', detail: 'It has ended, or the address is wrong.', tone: 'bad' };
   }

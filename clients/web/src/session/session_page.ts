@@ -279,12 +279,17 @@ export class SessionPage implements Page {
     };
   }
 
+  /** Whether nothing new is to be expected, as the replay is paused or at its end. */
+  private get rests(): boolean {
+    const { replay } = this;
+    return replay !== null && (replay.paused || replay.ended);
+  }
+
   private describe(): PartOfPage {
     const { feed } = this;
     const now = performance.now();
     const state = statusName(feed.lastState?.status);
-    const { replay } = this;
-    const rests = replay !== null && (replay.paused || replay.ended);
+    const { replay, rests } = this;
     return {
       page: 'session',
       session: this.session,
@@ -322,7 +327,7 @@ export class SessionPage implements Page {
     this.options.showLegend(this.stage?.legend);
     if (this.gaze.hasMoved(this.headset?.gaze, performance.now())) this.tellWishes();
     if (this.tools?.inUse || this.notes.inUse) this.showMarks();
-    this.preview.showAge(this.feed.previewAge.ageMs(performance.now()));
+    this.preview.showAge(this.rests ? null : this.feed.previewAge.ageMs(performance.now()));
     this.showFigures(shown);
     this.showTimeline(shown);
     this.banner.show(
@@ -339,7 +344,7 @@ export class SessionPage implements Page {
     setText(this.statusPill, status.text);
     setData(this.statusPill, 'tone', status.tone);
     setText(this.agePill, `Age ${age(shown.ageMs)}`);
-    setData(this.agePill, 'tone', ageTone(shown.ageMs));
+    setData(this.agePill, 'tone', this.rests ? 'quiet' : ageTone(shown.ageMs));
     for (const name of ['connection', 'state', 'tracking', 'surfels', 'epoch', 'stale', 'hidden'] as const) {
       setData(this.root, name, String(shown[name]));
     }
@@ -349,7 +354,8 @@ export class SessionPage implements Page {
     const { replay, spanNs = 0n } = this.feed.lastState ?? {};
     const playing = shown.replay && replay && { ...shown.replay, recording: replay.recording };
     const live = shown.connection === 'open' && ['live', 'degraded'].includes(shown.state);
-    this.timeline.show({ replay: playing ?? undefined, spanS: seconds(spanNs), live });
+    const reachable = shown.connection === 'open' && shown.state !== 'closed';
+    this.timeline.show({ replay: playing ?? undefined, spanS: seconds(spanNs), live, reachable });
     if (shown.state === 'closed' || this.refused?.status === 404) this.files.sessionEnded(performance.now());
   }
 

@@ -18,6 +18,8 @@ export interface TimelineState {
   readonly spanS: number;
   /** Whether pairs come now. */
   readonly live: boolean;
+  /** Whether there is a session to be controlled. */
+  readonly reachable: boolean;
 }
 
 /** Times the recorded pace; 0 is as fast as pairs are taken. */
@@ -52,7 +54,7 @@ export class Timeline {
     { type: 'button', title: 'End the replay; its results are kept' },
     'End',
   );
-  private readonly controls: readonly HTMLElement[] = [this.play, this.slider, this.rate, this.endButton];
+  private readonly controls = [this.play, this.slider, this.rate, this.endButton];
   private readonly message = element('p', { class: 'timeline-message', role: 'status', hidden: '' });
   readonly root = element(
     'section',
@@ -65,21 +67,25 @@ export class Timeline {
     this.endButton,
     this.message,
   );
-  private paused = false;
+  /** What the button that plays asks for. */
+  private next: ReplayChange = {};
   private seeking: { readonly toS: number; readonly sinceMs: number } | undefined;
   private seekTimer = 0;
 
   constructor(private readonly actions: TimelineActions) {
     for (const rate of RATES) this.rate.append(element('option', { value: String(rate) }, rateText(rate)));
-    this.play.addEventListener('click', () => this.ask(actions.change({ paused: !this.paused })));
+    this.play.addEventListener('click', () => this.ask(actions.change(this.next)));
     this.slider.addEventListener('input', () => this.choose(Number(this.slider.value)));
     this.rate.addEventListener('change', () => this.ask(actions.change({ rate: Number(this.rate.value) })));
     this.endButton.addEventListener('click', () => this.ask(actions.end()));
   }
 
-  show({ replay, spanS, live }: TimelineState): void {
+  show({ replay, spanS, live, reachable }: TimelineState): void {
     setData(this.root, 'kind', replay === undefined ? 'live' : 'replay');
-    for (const control of this.controls) control.hidden = replay === undefined;
+    for (const control of this.controls) {
+      control.hidden = replay === undefined;
+      control.disabled = !reachable;
+    }
     if (replay !== undefined) this.showReplay(replay);
     else {
       setText(this.mode, live ? 'Live' : 'No video');
@@ -93,11 +99,10 @@ export class Timeline {
   }
 
   private showReplay(replay: NonNullable<TimelineState['replay']>): void {
-    this.paused = replay.paused;
+    this.next = replay.ended ? { position_s: 0, paused: false } : { paused: !replay.paused };
     setText(this.mode, replay.recording);
     setData(this.mode, 'tone', 'quiet');
-    setText(this.play, replay.paused ? 'Play' : 'Pause');
-    this.play.disabled = replay.ended;
+    setText(this.play, replay.ended ? 'Again' : replay.paused ? 'Play' : 'Pause');
     this.slider.max = String(replay.durationS);
     if (this.hasArrived(replay)) this.seeking = undefined;
     const positionS = this.seeking?.toS ?? replay.positionS;
