@@ -18,3 +18,4 @@ pub mod session;
 pub mod simulated;
 pub mod storage;
 pub mod telemetry;
+pub mod trace;

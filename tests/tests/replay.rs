@@ -72,6 +72,75 @@ fn a_truncated_recording_is_replayed_up_to_its_last_good_record_and_says_so() {
     assert_eq!(report["frames"]["tracked"], paired);
 }
 
+/// What a trace says of one track, in order of time.
+fn of_track<'a>(trace: &'a [Value], process: u64, thread: &str) -> Vec<&'a Value> {
+    let named = |record: &&Value| record["name"] == "thread_name" && record["args"]["name"] == thread;
+    let name = trace.iter().filter(named).find(|record| record["pid"] == process);
+    let track = &name.unwrap_or_else(|| panic!("no track {thread} of process {process}"))["tid"];
+    let mut spans: Vec<&Value> = trace
+        .iter()
+        .filter(|record| record["ph"] == "X" && record["pid"] == process && record["tid"] == *track)
+        .collect();
+    // A span comes before those inside it.
+    spans.sort_by(|a, b| (ends_us(a).0, ends_us(b).1).partial_cmp(&(ends_us(b).0, ends_us(a).1)).unwrap());
+    spans
+}
+
+/// Begin and end of a span, microseconds.
+fn ends_us(span: &Value) -> (f64, f64) {
+    let begin = number(&span["ts"]);
+    (begin, begin + number(&span["dur"]))
+}
+
+/// Times are written to the nanosecond.
+const ROUNDING_US: f64 = 2e-3;
+
+fn assert_nested(spans: &[&Value]) {
+    let mut around: Vec<f64> = Vec::new();
+    for span in spans {
+        let (begin, end) = ends_us(span);
+        around.retain(|outer| *outer > begin + ROUNDING_US);
+        assert!(around.iter().all(|outer| end <= outer + ROUNDING_US), "{span} leaves the span around it");
+        around.push(end);
+    }
+}
+
+fn named<'a>(spans: &[&'a Value], name: &str, frame: u64) -> &'a Value {
+    let found = spans.iter().find(|span| span["name"] == name && span["args"]["frame"] == frame);
+    found.unwrap_or_else(|| panic!("no {name} of frame {frame}"))
+}
+
+#[test]
+fn a_trace_shows_the_tracker_at_the_next_pair_while_the_gpu_has_one() {
+    let scratch = tempfile::tempdir().unwrap();
+    let size = ["--size", "320x240", "--frames", "6", "--rigid"];
+    let recording = data::simulate(scratch.path(), "liver", &size);
+    let file = scratch.path().join("trace.json");
+    replay(&recording, &scratch.path().join("run"), &["--trace", file.to_str().unwrap()]);
+    let trace: Vec<Value> = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let (tracker, dense) = (of_track(&trace, 1, "tracker"), of_track(&trace, 1, "dense"));
+    let gpu = of_track(&trace, 2, "queue");
+    for track in [&tracker, &dense, &gpu] {
+        assert_nested(track);
+    }
+    let mut overlaps = 0;
+    for frame in 0..6 {
+        let passes: Vec<&Value> = gpu.iter().copied().filter(|pass| pass["args"]["frame"] == frame).collect();
+        let (begin, end) = ends_us(named(&dense, "fuse pair", frame));
+        assert!(passes.len() > 10, "{} passes of frame {frame}", passes.len());
+        for pass in passes {
+            let (pass_begin, pass_end) = ends_us(pass);
+            assert!(begin <= pass_begin + ROUNDING_US && pass_end <= end + ROUNDING_US, "{pass}");
+            let next =
+                tracker.iter().filter(|span| span["name"] == "track" && span["args"]["frame"] == frame + 1);
+            overlaps +=
+                next.filter(|next| ends_us(next).0 < pass_end && ends_us(next).1 > pass_begin).count();
+        }
+        named(&tracker, "find features", frame);
+    }
+    assert!(overlaps > 0, "the tracker and the GPU took turns");
+}
+
 #[test]
 fn in_vivo_tissue_is_imported_tracked_and_fused() {
     let Some(hamlyn) = data::shared_data("hamlyn/6") else { return };

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use geometry::{DepthMap, Mask, Pose, Rgb, StereoRig};
 use gpu::{FrameRecorder, Gpu, StageTime};
 use nalgebra::Point3;
+use tracing::trace_span;
 
 use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
 use crate::model::{DiscardReason, FusionReport, SurfelModel};
@@ -113,12 +114,8 @@ impl DenseSlam {
     /// # Errors
     /// [`DenseError::ImageSize`], [`DenseError::Gpu`].
     pub fn step(&mut self, frame: &DenseFrame) -> Result<StepReport, DenseError> {
-        self.preprocess.upload(&self.gpu, frame.left, frame.right, frame.mask)?;
-        self.surface.set_drift(&self.gpu, frame.disparity_drift_px)?;
-        if let Some(world_from_camera) = frame.world_from_camera {
-            self.model.set_matches(frame.correspondences)?;
-            self.model.prepare(frame.index, world_from_camera)?;
-        }
+        trace_span!("upload").in_scope(|| self.upload(frame))?;
+        let recording = trace_span!("record").entered();
         let mut recorder = FrameRecorder::begin(&self.gpu, self.model.timer());
         self.preprocess.record(&mut recorder)?;
         self.disparity.record(&mut recorder)?;
@@ -126,9 +123,23 @@ impl DenseSlam {
         if frame.world_from_camera.is_some() {
             self.model.record(&mut recorder)?;
         }
-        let times = recorder.submit().collect()?;
-        let fusion = frame.world_from_camera.map(|_| self.model.finish()).transpose()?;
+        let submitted = recorder.submit();
+        drop(recording);
+        let times = trace_span!("wait for GPU").in_scope(|| submitted.collect())?;
+        let read_back = || frame.world_from_camera.map(|_| self.model.finish()).transpose();
+        let fusion = trace_span!("read results").in_scope(read_back)?;
         Ok(self.report(fusion, times))
+    }
+
+    /// Everything that the frame's kernels read and the CPU knows.
+    fn upload(&mut self, frame: &DenseFrame) -> Result<(), DenseError> {
+        self.preprocess.upload(&self.gpu, frame.left, frame.right, frame.mask)?;
+        self.surface.set_drift(&self.gpu, frame.disparity_drift_px)?;
+        if let Some(world_from_camera) = frame.world_from_camera {
+            self.model.set_matches(frame.correspondences)?;
+            self.model.prepare(frame.index, world_from_camera)?;
+        }
+        Ok(())
     }
 
     /// Depth of the last frame, metres, 0 where unknown.

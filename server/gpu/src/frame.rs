@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use bytemuck::Pod;
 
-use crate::timing::sum_by_name;
+use crate::alignment::since_epoch_ns;
+use crate::timing::{PASSES, sum_by_name, tell_passes};
 use crate::{BoundKernel, Clock, FrameTimes, Gpu, GpuBuffer, GpuError, StageTimer};
 
 /// Records the stages of one frame.
@@ -14,7 +15,8 @@ pub struct FrameRecorder<'a> {
     timer: &'a StageTimer,
     encoder: wgpu::CommandEncoder,
     names: Vec<&'static str>,
-    cpu_ms: Vec<f64>,
+    alone: Vec<(Instant, Instant)>,
+    handed_over: Option<Instant>,
     dispatches: u32,
 }
 
@@ -35,7 +37,10 @@ pub struct Submitted<'a> {
     gpu: &'a Gpu,
     timer: &'a StageTimer,
     names: Vec<&'static str>,
-    cpu_ms: Vec<f64>,
+    /// When each stage was run by itself, where the GPU does not tell.
+    alone: Vec<(Instant, Instant)>,
+    /// When the GPU could begin.
+    handed_over: Instant,
     dispatches: u32,
 }
 
@@ -43,7 +48,8 @@ impl<'a> FrameRecorder<'a> {
     /// Starts a frame; `timer` must have no frame in flight.
     pub fn begin(gpu: &'a Gpu, timer: &'a StageTimer) -> Self {
         let encoder = new_encoder(gpu);
-        Self { gpu, timer, encoder, names: Vec::new(), cpu_ms: Vec::new(), dispatches: 0 }
+        let (names, alone) = (Vec::new(), Vec::new());
+        Self { gpu, timer, encoder, names, alone, handed_over: None, dispatches: 0 }
     }
 
     /// Records one timed stage. Several stages of one name are summed in the report.
@@ -124,6 +130,7 @@ impl<'a> FrameRecorder<'a> {
     /// needs the CPU in the middle of it.
     pub fn flush(&mut self) -> Flushed {
         let encoder = std::mem::replace(&mut self.encoder, new_encoder(self.gpu));
+        self.handed_over.get_or_insert_with(Instant::now);
         Flushed(self.gpu.queue.submit([encoder.finish()]))
     }
 
@@ -132,12 +139,14 @@ impl<'a> FrameRecorder<'a> {
         if self.timer.clock() == Clock::Gpu {
             self.timer.resolve(&mut self.encoder, self.names.len() as u32);
         }
+        let handed_over = *self.handed_over.get_or_insert_with(Instant::now);
         self.gpu.queue.submit([self.encoder.finish()]);
         Submitted {
             gpu: self.gpu,
             timer: self.timer,
             names: self.names,
-            cpu_ms: self.cpu_ms,
+            alone: self.alone,
+            handed_over,
             dispatches: self.dispatches,
         }
     }
@@ -151,7 +160,7 @@ impl<'a> FrameRecorder<'a> {
         let encoder = std::mem::replace(&mut self.encoder, new_encoder(self.gpu));
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.wait()?;
-        self.cpu_ms.push(started.elapsed().as_secs_f64() * 1e3);
+        self.alone.push((started, Instant::now()));
         Ok(())
     }
 }
@@ -201,10 +210,20 @@ impl Submitted<'_> {
     /// [`GpuError::DeviceLost`] and whatever the driver raised in the frame.
     pub fn collect(self) -> Result<FrameTimes, GpuError> {
         let clock = self.timer.clock();
+        let stamps = self.timer.read(self.gpu, self.names.len() as u32)?;
+        let seen = Instant::now();
         let ms = match clock {
-            Clock::Gpu => self.timer.read(self.gpu, self.names.len() as u32)?,
-            Clock::Cpu => self.cpu_ms,
+            Clock::Gpu => stamps.ms(),
+            Clock::Cpu => self.alone.iter().map(|(begin, end)| (*end - *begin).as_secs_f64() * 1e3).collect(),
         };
+        if tracing::enabled!(target: PASSES, tracing::Level::TRACE) {
+            let ns = since_epoch_ns;
+            let placed = match clock {
+                Clock::Gpu => self.timer.place(&stamps, ns(self.handed_over)..ns(seen)),
+                Clock::Cpu => self.alone.iter().map(|&(begin, end)| ns(begin)..ns(end)).collect(),
+            };
+            tell_passes(&self.names, &placed);
+        }
         self.gpu.health()?;
         Ok(FrameTimes { stages: sum_by_name(&self.names, &ms, clock), dispatches: self.dispatches })
     }

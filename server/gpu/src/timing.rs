@@ -1,10 +1,18 @@
-//! How long each stage of a frame took.
+//! How long each stage of a frame took, and when.
+
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 
+use crate::alignment::Alignment;
 use crate::memory::Allocation;
 use crate::readback::map_bytes;
 use crate::{Gpu, GpuError};
+
+/// Target of the events, one for each pass, that tell a trace what the GPU did: `pass`, its name; `begin_ns` and `end_ns`, since
+/// [`trace_epoch`](crate::trace_epoch).
+pub const PASSES: &str = "gpu::passes";
 
 /// Which clock a stage was timed by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -60,6 +68,22 @@ struct Queries {
     staging: wgpu::Buffer,
     _allocations: [Allocation; 2],
     ns_per_tick: f64,
+    alignment: Mutex<Alignment>,
+}
+
+/// What the queries of one submitted frame tell.
+pub(crate) struct PassTimes {
+    /// Begin and end of each pass, in the GPU's ticks.
+    ticks: Vec<u64>,
+    ns_per_tick: f64,
+}
+
+impl PassTimes {
+    /// Milliseconds of each pass.
+    pub fn ms(&self) -> Vec<f64> {
+        let to_ms = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * self.ns_per_tick * 1e-6;
+        self.ticks.chunks_exact(2).map(to_ms).collect()
+    }
 }
 
 impl StageTimer {
@@ -98,13 +122,28 @@ impl StageTimer {
         }
     }
 
-    /// Milliseconds of each pass of the submitted frame.
-    pub(crate) fn read(&self, gpu: &Gpu, passes: u32) -> Result<Vec<f64>, GpuError> {
-        let Some(queries) = &self.queries else { return Ok(Vec::new()) };
+    /// The times of the submitted frame's passes; none without the GPU's time stamps.
+    pub(crate) fn read(&self, gpu: &Gpu, passes: u32) -> Result<PassTimes, GpuError> {
+        let Some(queries) = &self.queries else {
+            return Ok(PassTimes { ticks: Vec::new(), ns_per_tick: 0.0 });
+        };
         let bytes = map_bytes(gpu, &queries.staging, None)?;
-        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes[..passes as usize * 16]);
-        let to_ms = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * queries.ns_per_tick * 1e-6;
-        Ok(ticks.chunks_exact(2).map(to_ms).collect())
+        let ticks = bytemuck::pod_collect_to_vec(&bytes[..passes as usize * 16]);
+        Ok(PassTimes { ticks, ns_per_tick: queries.ns_per_tick })
+    }
+
+    /// Where the passes lie on the CPU's clock, nanoseconds since the epoch, within the time from the frame's hand-over until now.
+    pub(crate) fn place(&self, times: &PassTimes, window_ns: Range<u64>) -> Vec<Range<u64>> {
+        let Some(queries) = &self.queries else { return Vec::new() };
+        let mut alignment = queries.alignment.lock().unwrap_or_else(PoisonError::into_inner);
+        alignment.place(&times.ticks, times.ns_per_tick, window_ns)
+    }
+}
+
+/// Tells whoever listens when each pass ran.
+pub(crate) fn tell_passes(names: &[&'static str], placed_ns: &[Range<u64>]) {
+    for (&pass, placed) in names.iter().zip(placed_ns) {
+        tracing::trace!(target: PASSES, pass, begin_ns = placed.start, end_ns = placed.end);
     }
 }
 
@@ -122,7 +161,8 @@ impl Queries {
             })
         })?;
         let ns_per_tick = f64::from(gpu.queue.get_timestamp_period());
-        Ok(Self { set, resolved, staging, _allocations: [first, second], ns_per_tick })
+        let alignment = Mutex::default();
+        Ok(Self { set, resolved, staging, _allocations: [first, second], ns_per_tick, alignment })
     }
 }
 

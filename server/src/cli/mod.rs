@@ -2,7 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "what a command prints is its result")]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -90,9 +90,23 @@ pub type Outcome = Result<(), Failure>;
 /// Parses the process's arguments, runs the verb, says what went wrong.
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
-    crate::telemetry::start(matches!(cli.verb, Verb::Serve(_)));
-    let outcome = Config::load(cli.config.as_deref(), &cli.overrides).map_err(Failure::from).and_then(
-        |config| match cli.verb {
+    let outcome = match crate::telemetry::start(matches!(cli.verb, Verb::Serve(_)), cli.verb.trace()) {
+        Err(error) => Err(Failure::bad_input(error)),
+        Ok(trace) => cli.run().and(trace.map_or(Ok(()), |trace| trace.finish()).map_err(Failure::failed)),
+    };
+    let (status, message) = match outcome {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Failed(message)) => (1, message),
+        Err(Failure::BadInput(message)) => (2, message),
+    };
+    eprintln!("mis-slam: {message}");
+    ExitCode::from(status)
+}
+
+impl Cli {
+    fn run(self) -> Outcome {
+        let config = Config::load(self.config.as_deref(), &self.overrides)?;
+        match self.verb {
             Verb::Serve(verb) => verb.run(&config),
             Verb::Demo(verb) => verb.run(&config),
             Verb::Replay(verb) => verb.run(&config),
@@ -103,13 +117,17 @@ pub fn run() -> ExitCode {
             Verb::Eval(verb) => verb.run(&config),
             Verb::Doctor(verb) => verb.run(&config),
             Verb::Token(verb) => verb.run(&config),
-        },
-    );
-    let (status, message) = match outcome {
-        Ok(()) => return ExitCode::SUCCESS,
-        Err(Failure::Failed(message)) => (1, message),
-        Err(Failure::BadInput(message)) => (2, message),
-    };
-    eprintln!("mis-slam: {message}");
-    ExitCode::from(status)
+        }
+    }
+}
+
+impl Verb {
+    /// Where the verb is to be traced to.
+    fn trace(&self) -> Option<&Path> {
+        match self {
+            Self::Serve(verb) => verb.trace(),
+            Self::Replay(verb) => verb.trace(),
+            _ => None,
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! `mis-slam replay`: a recording in, trajectory and model out.
 
 use std::num::NonZeroU32;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -31,9 +31,16 @@ pub struct Replay {
     /// Also write FEATURES/NNNNNN.png for every pair: the left image with the tracker's features.
     #[arg(long, value_name = "FEATURES")]
     draw_features: Option<PathBuf>,
+    /// Also write what each thread and the GPU did when, for ui.perfetto.dev or about:tracing.
+    #[arg(long, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
 }
 
 impl Replay {
+    pub(super) fn trace(&self) -> Option<&Path> {
+        self.trace.as_deref()
+    }
+
     pub(super) fn run(self, config: &Config) -> Outcome {
         let options = ReplayOptions {
             recording: self.recording,

@@ -1,6 +1,7 @@
 //! `mis-slam serve`: the server that carts and viewers connect to.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -24,9 +25,16 @@ pub struct Serve {
     /// Also opens a window on the session that was opened last, which draws the model from the buffers that it lives in.
     #[arg(long)]
     view: bool,
+    /// Also write what each thread and the GPU did when, for ui.perfetto.dev or about:tracing; grows by some 20 kB a pair.
+    #[arg(long, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
 }
 
 impl Serve {
+    pub(super) fn trace(&self) -> Option<&Path> {
+        self.trace.as_deref()
+    }
+
     pub(super) fn run(&self, config: &Config) -> Outcome {
         let (engine, gpu) = engine(config)?;
         if self.view { run_with_window(config, engine, gpu) } else { serve(config, engine) }

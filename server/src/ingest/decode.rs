@@ -5,6 +5,7 @@ use std::thread::JoinHandle;
 
 use protocol::v1::{EncodedImage, Reason, StereoPair as EncodedPair};
 use recording::RecordingError;
+use tracing::trace_span;
 
 use crate::convert;
 use crate::session::hub::Hub;
@@ -42,9 +43,10 @@ fn run(
 ) {
     while let Some(Incoming { pair, policy }) = encoded.take() {
         let sequence = pair.sequence;
-        match decode(pair, policy, size_px) {
+        let _pair = trace_span!("read pair", frame = sequence).entered();
+        match trace_span!("decode").in_scope(|| decode(pair, policy, size_px)) {
             Err(rejection) => hub.reject(sequence, rejection),
-            Ok(pair) => match decoded.offer_by(policy, pair) {
+            Ok(pair) => match trace_span!("hand over").in_scope(|| decoded.offer_by(policy, pair)) {
                 Offer::Queued => {}
                 Offer::Superseded => hub.count_drop(Reason::Superseded),
                 // The reconstruction has failed and said so; later pairs go the same way.

@@ -9,6 +9,7 @@ use dense::DenseError;
 use geometry::{GeometryError, Pose};
 use gpu::{Gpu, GpuError};
 use recording::{Calibration, PairingStatistics, RecordingError, RecordingReader, StereoMessage};
+use tracing::trace_span;
 
 use crate::config::Config;
 use crate::session::gpu_turns::GpuTurns;
@@ -219,13 +220,15 @@ fn feed(
     let mut messages = reader.stereo()?;
     let mut clock = PaceClock::new(pace);
     let policy = pace.policy();
-    let mut number = 0;
+    let mut number = 0u64;
     for message in messages.by_ref() {
         let message = message?;
         clock.wait_for(message.stamp_ns);
-        match decode(&message, (number, policy), calibration.image_size_px()) {
+        let _pair = trace_span!("read pair", frame = number).entered();
+        let size_px = calibration.image_size_px();
+        match trace_span!("decode").in_scope(|| decode(&message, (number, policy), size_px)) {
             Err(error) => collector.count_drop("malformed_image", &error.to_string()),
-            Ok(pair) => match sender.offer(pair) {
+            Ok(pair) => match trace_span!("hand over").in_scope(|| sender.offer(pair)) {
                 Offer::Queued => {}
                 Offer::Superseded => collector.count_drop("superseded", "a newer pair came first"),
                 Offer::Closed => break,

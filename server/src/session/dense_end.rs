@@ -10,6 +10,7 @@ use geometry::viewpoint::Bounds;
 use geometry::{Mask, Pose, Rgb, StereoRig};
 use gpu::{Clock, Gpu, GpuError};
 use recording::Calibration;
+use tracing::trace_span;
 
 use super::correspondences::{LastFused, NumberedFeature};
 use super::gpu_turns::Seat;
@@ -206,7 +207,8 @@ impl DenseEnd {
     }
 
     fn process(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
-        let mut turn = self.seat.take();
+        let _pair = trace_span!("fuse pair", frame = job.pair.sequence).entered();
+        let mut turn = trace_span!("wait for turn").in_scope(|| self.seat.take());
         check_eyes(&mut self.eyes_are_checked, (&self.gpu, &self.rig, &self.stages.disparity), job)?;
         let started = Instant::now();
         let report = self.model.step(&DenseFrame {
@@ -233,7 +235,7 @@ impl DenseEnd {
         self.world_from_scope = fused.world_from_camera.or(self.world_from_scope);
         let step = gpu_time(&fused.report).unwrap_or_else(|| started.elapsed());
         let reading = Instant::now();
-        sink.fused(&fused, &mut self.model)?;
+        trace_span!("tell model").in_scope(|| sink.fused(&fused, &mut self.model))?;
         turn.measured(step + reading.elapsed());
         Ok(())
     }

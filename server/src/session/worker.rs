@@ -9,8 +9,9 @@ use std::time::Instant;
 
 use dense::disparity::DisparityConfig;
 use dense::{DenseConfig, DenseError, DenseSlam, StepReport};
-use geometry::{GeometryError, Mask, Pose, Rgb, StereoRig};
+use geometry::{GeometryError, Gray, Mask, Pose, Rgb, StereoRig};
 use recording::Calibration;
+use tracing::trace_span;
 use tracking::{MappingPace, StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
 
 use super::correspondences::numbered;
@@ -270,8 +271,9 @@ fn run_front_end(
 ) {
     let mut index = 0;
     while let Some(pair) = input.take() {
+        let _pair = trace_span!("track pair", frame = pair.sequence).entered();
         match front.process(pair, index, jobs) {
-            Ok(tracked) => sink.tracked(&tracked),
+            Ok(tracked) => trace_span!("tell pose").in_scope(|| sink.tracked(&tracked)),
             Err(error) => return sink.failed(error.into()),
         }
         index += 1;
@@ -286,15 +288,14 @@ impl FrontEnd {
         jobs: &MailboxSender<DenseJob>,
     ) -> Result<TrackedPair, WorkerError> {
         let started = Instant::now();
-        let pair = self.rectifier.apply(pair)?;
-        let (left, right) = (pair.left.to_gray(), pair.right.to_gray());
+        let (pair, left, right) = trace_span!("rectify").in_scope(|| self.rectified(pair))?;
         let rectify_ms = milliseconds_since(started);
-        let quality = self.quality.assess(&left, &pair.left);
+        let quality = trace_span!("assess quality").in_scope(|| self.quality.assess(&left, &pair.left));
 
         let started = Instant::now();
         let frame =
             StereoFrame { stamp_ns: pair.stamp_ns, left: &left, right: &right, mask: pair.mask.as_ref() };
-        let mut report = self.tracker.track(&frame)?;
+        let mut report = trace_span!("track").in_scope(|| self.tracker.track(&frame))?;
         report.world_from_camera = report.world_from_camera.map(|pose| self.world_from_start * pose);
         let tracking_ms = milliseconds_since(started);
 
@@ -312,7 +313,8 @@ impl FrontEnd {
         let disparity_drift_px = report.drift.disparity_px;
         let features = numbered(&report.features);
         let job = DenseJob { index, pair, quality, disparity_drift_px, features, world_from_camera };
-        let superseded_dense = jobs.offer_by(policy, job) == Offer::Superseded;
+        let handed_over = trace_span!("hand over").in_scope(|| jobs.offer_by(policy, job));
+        let superseded_dense = handed_over == Offer::Superseded;
         Ok(TrackedPair {
             stamp_ns,
             sequence,
@@ -323,6 +325,15 @@ impl FrontEnd {
             left,
             superseded_dense,
         })
+    }
+}
+
+impl FrontEnd {
+    /// The pair as the rectified rig sees it, and both images in grey.
+    fn rectified(&self, pair: StereoPair) -> Result<(StereoPair, Gray, Gray), GeometryError> {
+        let pair = self.rectifier.apply(pair)?;
+        let (left, right) = (pair.left.to_gray(), pair.right.to_gray());
+        Ok((pair, left, right))
     }
 }
 

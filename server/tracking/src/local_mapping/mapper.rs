@@ -43,7 +43,8 @@ impl Mapper {
         let (finished_out, finished) = sync_channel(1);
         let body = move || {
             while let Ok(work) = work_in.recv() {
-                if finished_out.send(work.carry_out(&context)).is_err() {
+                let finished = tracing::trace_span!("map").in_scope(|| work.carry_out(&context));
+                if finished_out.send(finished).is_err() {
                     break;
                 }
             }
@@ -80,7 +81,8 @@ impl Mapper {
         let Some(started_at) = self.started_at else { return Ok(None) };
         let finished = match self.pace {
             MappingPace::Lockstep if frame < started_at + self.delay_frames => return Ok(None),
-            MappingPace::Lockstep => self.finished.recv().map_err(|_| died())?,
+            MappingPace::Lockstep => tracing::trace_span!("wait for mapping")
+                .in_scope(|| self.finished.recv().map_err(|_| died()))?,
             MappingPace::Asynchronous => match self.finished.try_recv() {
                 Ok(finished) => finished,
                 Err(TryRecvError::Empty) => return Ok(None),

@@ -10,6 +10,7 @@ mod recovery;
 use std::sync::Arc;
 
 use geometry::{Pose, StereoRig};
+use tracing::trace_span;
 
 use crate::TrackingError;
 use crate::config::{TrackingConfig, TrackingMode};
@@ -148,11 +149,13 @@ impl Tracker {
         }
         self.frame_number += 1;
         let elapsed_ns = self.last_stamp_ns.replace(stamp_ns).map_or(0, |last_ns| stamp_ns - last_ns);
-        let features = FrameFeatures::extract(frame, &self.rig, &self.extractor, &self.config);
+        let features = trace_span!("find features")
+            .in_scope(|| FrameFeatures::extract(frame, &self.rig, &self.extractor, &self.config));
         let features = Arc::new(features.without_drift(&self.rig, self.drift.disparity_px));
         let frame = Frame { stamp_ns, features: &features };
-        self.take_mapping()?;
+        trace_span!("take mapping").in_scope(|| self.take_mapping())?;
 
+        let posing = trace_span!("find pose").entered();
         let before = std::mem::replace(&mut self.state, State::NotInitialized);
         let starting = matches!(before, State::NotInitialized);
         let located = match &before {
@@ -186,9 +189,10 @@ impl Tracker {
             }
         };
         self.state = state;
-        self.give_mapping()?;
+        drop(posing);
+        trace_span!("give mapping").in_scope(|| self.give_mapping())?;
         let followed = match verdict.world_from_camera {
-            Some(_) => self.follow_features(),
+            Some(_) => trace_span!("follow features").in_scope(|| self.follow_features()),
             None => Vec::new(),
         };
         Ok(self.report(&features, &verdict, &followed))
