@@ -46,7 +46,7 @@ pub struct JournalOptions {
 
 /// A journal being written.
 pub struct Journal {
-    thread: JoinHandle<Option<RecordingWriter>>,
+    thread: JoinHandle<Option<Pen>>,
     path: PathBuf,
 }
 
@@ -66,23 +66,26 @@ impl Journal {
         let path = options.path.clone();
         let thread = std::thread::Builder::new()
             .name("journal".into())
-            .spawn(move || run(Pen { writer, cameras: Some(cameras) }, &entries, &options, &hub))
+            .spawn(move || {
+                run(Pen { writer, cameras: Some(cameras), last_pose_ns: 0 }, &entries, &options, &hub)
+            })
             .map_err(|source| RecordingError::Io { path: path.clone(), source })?;
         Ok((Self { thread, path }, inlet))
     }
 
-    /// Waits until all entries are written; adds the final model and the index. All inlets must be gone.
+    /// Waits until all entries are written; adds the final model, under the stamp of the last pose, and the index. All
+    /// inlets must be gone.
     ///
     /// # Errors
     /// [`RecordingError`]; a journal that has failed before has told so and is no error here.
-    pub fn seal(self, stamp_ns: u64, model: &[PlySurfel]) -> Result<(), RecordingError> {
-        let Ok(writer) = self.thread.join() else {
+    pub fn seal(self, model: &[PlySurfel]) -> Result<(), RecordingError> {
+        let Ok(pen) = self.thread.join() else {
             tracing::error!(path = %self.path.display(), "the journal thread panicked");
             return Ok(());
         };
-        let Some(mut writer) = writer else { return Ok(()) };
+        let Some(Pen { mut writer, last_pose_ns, .. }) = pen else { return Ok(()) };
         if !model.is_empty() {
-            writer.write_model(stamp_ns, model)?;
+            writer.write_model(last_pose_ns, model)?;
         }
         writer.finish()
     }
@@ -92,16 +95,13 @@ impl Journal {
 struct Pen {
     writer: RecordingWriter,
     cameras: Option<Calibration>,
+    /// Stamp of the newest pose written.
+    last_pose_ns: u64,
 }
 
-fn run(
-    mut pen: Pen,
-    entries: &MailboxReceiver<Entry>,
-    options: &JournalOptions,
-    hub: &Hub,
-) -> Option<RecordingWriter> {
+fn run(mut pen: Pen, entries: &MailboxReceiver<Entry>, options: &JournalOptions, hub: &Hub) -> Option<Pen> {
     match write_all(&mut pen, entries, options) {
-        Ok(()) => Some(pen.writer),
+        Ok(()) => Some(pen),
         Err(problem) => {
             tracing::error!(session = %hub.id(), problem, "the recording has stopped");
             hub.recording_failed(&format!("the recording has stopped: {problem}"));
@@ -145,7 +145,10 @@ impl Pen {
             self.writer.write_calibration(entry.stamp_ns(), &cameras)?;
         }
         match entry {
-            Entry::Pose(pose) => self.writer.write_pose(&pose),
+            Entry::Pose(pose) => {
+                self.last_pose_ns = pose.stamp_ns;
+                self.writer.write_pose(&pose)
+            }
             Entry::Pair(pair) => self.write_pair(pair),
         }
     }

@@ -284,7 +284,7 @@ impl Session {
             RunEnd::Finished => self.finish_run(run, journal, results.as_ref()),
             RunEnd::Discarded => {
                 // Waits for the thread, so that it writes nowhere any more.
-                let sealed = journal.map_or(Ok(()), |journal| journal.seal(0, &[]));
+                let sealed = journal.map_or(Ok(()), |journal| journal.seal(&[]));
                 tracing::debug!(?sealed, "a journal is discarded");
                 run.discard();
             }

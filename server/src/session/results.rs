@@ -36,7 +36,7 @@ pub fn finish(
     let path = run.journal();
     let model = results.filter(|_| run.info().record).map_or(&[][..], |results| &results.model);
     let sealed = match journal {
-        Some(journal) => journal.seal(last_stamp_ns(&path, recording), model),
+        Some(journal) => journal.seal(model),
         None => Ok(()),
     };
     let trajectory = match path.exists() {
@@ -55,10 +55,4 @@ pub fn finish(
 fn write_trajectory(journal: &Path, to: &Path, config: &RecordingConfig) -> Result<(), RecordingError> {
     let poses = RecordingReader::open(journal, config)?.estimated_poses()?;
     export::write_tum(to, &poses)
-}
-
-/// The stamp of the newest pose that has reached the disk; the model is recorded under it.
-fn last_stamp_ns(journal: &Path, config: &RecordingConfig) -> u64 {
-    let poses = RecordingReader::open(journal, config).and_then(|reader| reader.estimated_poses());
-    poses.ok().and_then(|poses| poses.last().map(|pose| pose.stamp_ns)).unwrap_or(0)
 }
