@@ -254,7 +254,7 @@ impl Caller {
     }
 
     /// Ready once the caller's token is not valid any more; never, where none is wanted.
-    pub async fn token_ended(&self) -> Rejection {
+    pub async fn token_ended(self) -> Rejection {
         if self.claims.is_none() {
             return std::future::pending().await;
         }

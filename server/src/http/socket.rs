@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, WebSocket};
+use futures_util::FutureExt;
+use futures_util::future::{BoxFuture, Fuse};
 use protocol::limits::{CLOSE_GOING_AWAY, CLOSE_MALFORMED, CLOSE_OVERSIZED, CLOSE_REFUSED, HELLO_TIMEOUT_MS};
 use protocol::v1::{Farewell, Hello, Reason, from_server, to_server};
 use protocol::{Bytes, SessionId};
@@ -47,13 +49,14 @@ pub struct Limits {
 pub struct Peer {
     socket: WebSocket,
     limits: Limits,
-    caller: Caller,
+    /// Ready once the peer's token is not valid any more.
+    token_ended: Fuse<BoxFuture<'static, Rejection>>,
 }
 
 impl Peer {
     /// A peer that is held to limits, and let go when its token ends.
     pub fn new(socket: WebSocket, limits: Limits, caller: Caller) -> Self {
-        Self { socket, limits, caller }
+        Self { socket, limits, token_ended: caller.token_ended().boxed().fuse() }
     }
 
     /// Agrees on a version with the peer, whose first message is a hello; a cart is told the takeover token.
@@ -86,7 +89,7 @@ impl Peer {
         loop {
             let message = tokio::select! {
                 message = self.socket.recv() => message,
-                rejection = self.caller.token_ended() => return Err(Ending::Refused(rejection)),
+                rejection = &mut self.token_ended => return Err(Ending::Refused(rejection)),
             };
             match message {
                 Some(Ok(Message::Binary(bytes))) => {
