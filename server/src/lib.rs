@@ -13,6 +13,7 @@ pub mod local_view;
 pub mod picture;
 pub mod publish;
 pub mod replay;
+mod random;
 pub mod service;
 pub mod session;
 pub mod simulated;

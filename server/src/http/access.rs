@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use sha2::Sha256;
 
 use super::App;
+use crate::random;
 use crate::session::intake::Rejection;
 
 /// A key that can be guessed protects nothing.
@@ -164,9 +165,7 @@ pub fn sign(config: &AccessConfig, claims: &Claims) -> Result<String, AccessErro
 /// # Errors
 /// [`AccessError::Unsigned`] where the system has no random numbers.
 pub fn token_id() -> Result<String, AccessError> {
-    let mut bytes = [0; 8];
-    getrandom::fill(&mut bytes).map_err(|error| AccessError::Unsigned(error.to_string()))?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+    random::hex::<8>().map_err(|error| AccessError::Unsigned(error.to_string()))
 }
 
 /// The ids of revoked tokens, read again when their file changes.

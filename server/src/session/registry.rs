@@ -22,6 +22,7 @@ use super::recovery::LeftJournal;
 use super::replay_source::{ReplayControl, ReplaySource};
 use crate::convert;
 use crate::publish::PublishConfig;
+use crate::random;
 use crate::storage::{Run, Storage};
 
 /// Random bytes of an id or token that the server makes.
@@ -345,8 +346,6 @@ fn random_id() -> Result<SessionId, Rejection> {
 
 /// Opaque, and not to be guessed.
 fn random_text() -> Result<String, Rejection> {
-    let mut bytes = [0; RANDOM_BYTES];
-    getrandom::fill(&mut bytes)
-        .map_err(|error| Rejection::new(Reason::Internal, format!("no random numbers: {error}")))?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+    random::hex::<RANDOM_BYTES>()
+        .map_err(|error| Rejection::new(Reason::Internal, format!("no random numbers: {error}")))
 }
