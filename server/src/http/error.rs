@@ -46,7 +46,7 @@ impl IntoResponse for Rejection {
 }
 
 /// Runs what blocks off the async runtime.
-pub(super) async fn off_runtime<T: Send + 'static>(
+pub(crate) async fn off_runtime<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Rejection> {
     tokio::task::spawn_blocking(work).await.map_err(internal)

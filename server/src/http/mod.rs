@@ -36,6 +36,8 @@ mod security;
 pub mod socket;
 mod upgrade;
 
+pub(crate) use error::off_runtime;
+
 /// Body of a request that opens a session, at most.
 const BODY_MAX_BYTES: usize = 64 << 10;
 

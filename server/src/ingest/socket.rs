@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use protocol::v1::{Calibration, Reason, from_server, to_server};
 use tokio::sync::broadcast::{self, error::RecvError};
 
+use crate::http::off_runtime;
 use crate::http::socket::{Ending, Peer, newest, session_closed};
 use crate::session::intake::Rejection;
 use crate::session::lifecycle::{SourceBusy, SourceId};
@@ -129,7 +130,5 @@ async fn recalibrate(
     calibration: Calibration,
 ) -> Result<(), Rejection> {
     let (session, registry) = (Arc::clone(&feed.session), Arc::clone(registry));
-    tokio::task::spawn_blocking(move || registry.recalibrate(&session, &calibration))
-        .await
-        .unwrap_or_else(|error| Err(Rejection::new(Reason::Internal, error.to_string())))
+    off_runtime(move || registry.recalibrate(&session, &calibration)).await?
 }

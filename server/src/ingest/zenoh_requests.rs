@@ -11,6 +11,7 @@ use zenoh::query::Query;
 use zenoh::sample::Sample;
 
 use crate::convert;
+use crate::http::off_runtime;
 use crate::http::socket::{answer, own_hello};
 use crate::publish::model_lane::{Seed, ViewerWishes};
 use crate::publish::zenoh::ZenohError;
@@ -182,9 +183,7 @@ impl Requests {
         let claim = (SourceId::Zenoh(message.source), message.takeover_token);
         let registry = Arc::clone(&self.registry);
         // Building a reconstruction blocks, so it happens off the async runtime.
-        tokio::task::spawn_blocking(move || calibrate(&registry, id, claim, calibration))
-            .await
-            .unwrap_or_else(|error| Err(Rejection::new(Reason::Internal, error.to_string())))
+        off_runtime(move || calibrate(&registry, id, claim, calibration)).await?
     }
 }
 
