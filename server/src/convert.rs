@@ -3,6 +3,7 @@
 use dense::EncodingSteps;
 use geometry::validate::{RigLimits, check_calibration, check_rig};
 use geometry::{CameraModel, Distortion, Pinhole, Pose, StereoCalibration, StereoRig};
+use mis_slam_cart::image_to_wire;
 use nalgebra::{Point2, Quaternion, Translation3, UnitQuaternion};
 use protocol::v1::{self, ImageFormat, Reason, TrackingOutcome};
 use protocol::{NodePosition, NodeTransform, WireSurfel};
@@ -147,37 +148,15 @@ pub fn image_from_wire(image: v1::EncodedImage) -> Result<recording::EncodedImag
     Ok(recording::EncodedImage { format, bytes: image.data.into() })
 }
 
-/// An image of a recording on the wire, of `size_px` where its own header does not tell; `None` for raw formats that
-/// the wire does not know.
-pub fn image_to_wire(image: recording::EncodedImage, size_px: (u32, u32)) -> Option<v1::EncodedImage> {
-    let (width_px, height_px) = recording::size_px(&image).unwrap_or(size_px);
-    let format = match image.format {
-        recording::ImageFormat::Jpeg => ImageFormat::Jpeg,
-        recording::ImageFormat::Png => ImageFormat::Png,
-        recording::ImageFormat::Raw { pixel: RawPixel::Mono8, row_bytes, .. } if row_bytes == width_px => {
-            ImageFormat::Gray8
-        }
-        recording::ImageFormat::Raw { width, height, .. } => {
-            let rgb = recording::decode_rgb(&image, (width, height)).ok()?.into_vec().into_flattened();
-            return Some(v1::EncodedImage {
-                format: ImageFormat::Rgb8.into(),
-                width_px,
-                height_px,
-                data: rgb.into(),
-            });
-        }
-    };
-    Some(v1::EncodedImage { format: format.into(), width_px, height_px, data: image.bytes.into() })
-}
-
 /// A pair of a recording on the wire; an image that the wire does not know is left out, and the pair then refused.
 pub fn pair_to_wire(message: recording::StereoMessage, sequence: u64, size_px: (u32, u32)) -> v1::StereoPair {
+    let image = |image| image_to_wire(image, size_px).ok();
     v1::StereoPair {
         stamp_ns: message.stamp_ns,
         sequence,
-        left: image_to_wire(message.left, size_px),
-        right: image_to_wire(message.right, size_px),
-        mask: message.mask.and_then(|mask| image_to_wire(mask, size_px)),
+        left: image(message.left),
+        right: image(message.right),
+        mask: message.mask.and_then(image),
     }
 }
 

@@ -85,7 +85,7 @@ pub fn pair(
         sequence,
         left: Some(eye(message.left)?),
         right: Some(eye(message.right)?),
-        mask: message.mask.map(|mask| image(mask, size_px)).transpose()?,
+        mask: message.mask.map(|mask| image_to_wire(mask, size_px)).transpose()?,
     })
 }
 
@@ -100,17 +100,21 @@ fn encoded(
         Encoding::Unchanged => false,
     };
     let Some(pixels) = wanted.then(|| recording::decode_rgb(&given, size_px).ok()).flatten() else {
-        return image(given, size_px);
+        return image_to_wire(given, size_px);
     };
     if let Encoding::Jpeg { quality } = encoding {
-        return image(recording::encode_jpeg(&pixels, quality)?, size_px);
+        return image_to_wire(recording::encode_jpeg(&pixels, quality)?, size_px);
     }
     let ((width_px, height_px), data) = (pixels.size(), pixels.into_vec().into_flattened().into());
     Ok(v1::EncodedImage { format: v1::ImageFormat::Rgb8.into(), width_px, height_px, data })
 }
 
-/// The wire knows raw images only without padding and as RGB or grey.
-fn image(image: EncodedImage, size_px: (u32, u32)) -> Result<v1::EncodedImage, RecordingError> {
+/// An image on the wire, of `size_px` where its own header does not tell. The wire knows raw images only without padding and
+/// as RGB or grey.
+///
+/// # Errors
+/// [`RecordingError`] for a raw image that is not of its own size.
+pub fn image_to_wire(image: EncodedImage, size_px: (u32, u32)) -> Result<v1::EncodedImage, RecordingError> {
     let (width_px, height_px) = recording::size_px(&image).unwrap_or(size_px);
     let (format, data) = match image.format {
         ImageFormat::Jpeg => (v1::ImageFormat::Jpeg, image.bytes),
@@ -133,7 +137,8 @@ mod tests {
     #[test]
     fn padded_blue_green_red_rows_become_plain_rgb() {
         let format = ImageFormat::Raw { width: 1, height: 2, row_bytes: 4, pixel: RawPixel::Bgr8 };
-        let sent = image(EncodedImage { format, bytes: vec![3, 2, 1, 0, 6, 5, 4, 0] }, (1, 2)).unwrap();
+        let sent =
+            image_to_wire(EncodedImage { format, bytes: vec![3, 2, 1, 0, 6, 5, 4, 0] }, (1, 2)).unwrap();
         assert_eq!((sent.format(), &sent.data[..]), (v1::ImageFormat::Rgb8, &[1, 2, 3, 4, 5, 6][..]));
         assert_eq!((sent.width_px, sent.height_px), (1, 2));
     }
@@ -158,8 +163,11 @@ mod tests {
 
     #[test]
     fn a_damaged_jpeg_is_sent_as_it_is() {
-        let sent = image(EncodedImage { format: ImageFormat::Jpeg, bytes: vec![0xFF, 0xD8, 0x00] }, (64, 48))
-            .unwrap();
+        let sent = image_to_wire(
+            EncodedImage { format: ImageFormat::Jpeg, bytes: vec![0xFF, 0xD8, 0x00] },
+            (64, 48),
+        )
+        .unwrap();
         assert_eq!((sent.width_px, sent.height_px, sent.data.len()), (64, 48, 3));
     }
 }

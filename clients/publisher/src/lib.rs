@@ -15,7 +15,7 @@ mod report;
 mod source;
 
 pub use config::{CartConfig, ConnectionConfig};
-pub use convert::Encoding;
+pub use convert::{Encoding, image_to_wire};
 pub use error::CartError;
 pub use protocol::Endpoint;
 pub use publish::{PublishOptions, publish_recording};
