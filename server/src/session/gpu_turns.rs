@@ -29,7 +29,6 @@ struct SeatState {
     number: u64,
     waiting: bool,
     credit_us: i64,
-    used: Duration,
 }
 
 impl GpuTurns {
@@ -49,7 +48,7 @@ impl GpuTurns {
         let mut ring = self.ring();
         let number = ring.next_number;
         ring.next_number += 1;
-        ring.seats.push_back(SeatState { number, waiting: false, credit_us: 0, used: Duration::ZERO });
+        ring.seats.push_back(SeatState { number, waiting: false, credit_us: 0 });
         Seat { turns: Arc::clone(self), number }
     }
 }
@@ -105,11 +104,6 @@ impl Seat {
         }
         Turn { seat: self, started: Instant::now(), measured: None }
     }
-
-    /// GPU time used since the session started.
-    pub fn used(&self) -> Duration {
-        self.turns.ring().seat(self.number).map_or(Duration::ZERO, |seat| seat.used)
-    }
 }
 
 impl Drop for Seat {
@@ -142,7 +136,6 @@ impl Drop for Turn<'_> {
         if let Some(seat) = ring.seat(self.seat.number) {
             seat.credit_us =
                 seat.credit_us.saturating_sub(i64::try_from(used.as_micros()).unwrap_or(i64::MAX));
-            seat.used += used;
         }
         ring.grant(turns.quantum_us);
         turns.changed.notify_all();
@@ -158,17 +151,18 @@ mod tests {
     fn used_by_each(costs_ms: &[u64], turns_in_all: usize) -> Vec<Duration> {
         let mut ring = Ring::default();
         for number in 0..costs_ms.len() as u64 {
-            ring.seats.push_back(SeatState { number, waiting: true, credit_us: 0, used: Duration::ZERO });
+            ring.seats.push_back(SeatState { number, waiting: true, credit_us: 0 });
         }
+        let mut used = vec![Duration::ZERO; costs_ms.len()];
         for _ in 0..turns_in_all {
             ring.grant(10_000);
             let number = ring.granted.take().expect("somebody waits");
             let cost = Duration::from_millis(costs_ms[number as usize]);
             let seat = ring.seat(number).expect("it is there");
             seat.credit_us -= cost.as_micros() as i64;
-            seat.used += cost;
+            used[number as usize] += cost;
         }
-        (0..costs_ms.len() as u64).map(|number| ring.seat(number).expect("it is there").used).collect()
+        used
     }
 
     #[test]
@@ -181,11 +175,11 @@ mod tests {
     #[test]
     fn a_session_alone_waits_for_nobody() {
         let turns = GpuTurns::new(Duration::from_millis(10));
-        let (seat, idle) = (turns.seat(), turns.seat());
+        let (seat, _idle) = (turns.seat(), turns.seat());
         for _ in 0..50 {
             seat.take().measured(Duration::from_secs(60));
         }
-        assert_eq!((seat.used(), idle.used()), (Duration::from_secs(50 * 60), Duration::ZERO));
+        assert_eq!(turns.ring().granted, None);
     }
 
     #[test]
@@ -194,10 +188,7 @@ mod tests {
         let (greedy, modest) = (turns.seat(), turns.seat());
         let mut first = greedy.take();
         first.measured(Duration::from_secs(1));
-        let waiting = std::thread::spawn(move || {
-            drop(modest.take());
-            modest.used()
-        });
+        let waiting = std::thread::spawn(move || drop(modest.take()));
         while !turns.ring().seats.iter().any(|seat| seat.waiting) {
             std::thread::yield_now();
         }
