@@ -178,6 +178,7 @@ pub fn import(
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<ImportSummary, RecordingError> {
     let given = Given::of(request)?;
+    check_frame_rate(request)?;
     let plan = match request.kind {
         ImportKind::Folder => folder::plan(request.source, given),
         ImportKind::Hamlyn => hamlyn::plan(request.source, given),
@@ -193,6 +194,17 @@ pub fn import(
         ImportKind::Ros2bag => return ros2bag::import(request, given, config, progress),
     }?;
     record::record(plan, request, config, progress)
+}
+
+/// Where each pair has a time of its own that the true poses go by too, a rate would tear the two apart.
+fn check_frame_rate(request: &ImportRequest) -> Result<(), RecordingError> {
+    let has_stamps = matches!(request.kind, ImportKind::Euroc | ImportKind::Ros2bag);
+    if has_stamps && request.frame_rate_hz.is_some() {
+        let problem =
+            format!("{} has a stamp for each pair; a frame rate cannot take their place", request.kind);
+        return Err(RecordingError::input(request.source, problem));
+    }
+    Ok(())
 }
 
 /// What the user says in place of the data set.

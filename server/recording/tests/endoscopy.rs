@@ -206,6 +206,18 @@ fn endonerf_that_does_not_fit_its_calibration_names_the_file() {
 }
 
 #[test]
+fn a_frame_rate_is_refused_where_each_pair_has_its_own_stamp() {
+    let set = DataSet::new();
+    let (source, recording) = (set.path(), set.recording());
+    for kind in [ImportKind::Euroc, ImportKind::Ros2bag] {
+        let request =
+            ImportRequest { frame_rate_hz: Some(20.0), ..ImportRequest::new(kind, &source, &recording) };
+        let told = recording::import::import(&request, &config(), &mut |_, _| {}).unwrap_err().to_string();
+        assert!(told.contains("a stamp for each pair"), "{told}");
+    }
+}
+
+#[test]
 fn a_frame_rate_that_is_given_takes_the_place_of_the_sets_own() {
     let set = DataSet::new();
     set.file("rig.toml", RIG.as_bytes()).pairs(&["1", "2"]);
