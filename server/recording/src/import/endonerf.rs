@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use geometry::Pose;
 use nalgebra::{Matrix3, Vector3};
 
+use super::files::Stem;
 use super::{DepthEncoding, DepthFile, Given, Images, MaskFile, MaskMeaning, Plan, PlannedFrame, files};
 use crate::rotation::pose_from_rows;
 use crate::{Calibration, RecordingError};
@@ -57,18 +58,7 @@ pub(super) fn plan(source: &Path, given: Given) -> Result<Plan, RecordingError> 
 
 /// Images by the first number in their names: `frame-000012.color.png` is 12.
 fn by_number(folder: &Path) -> Result<BTreeMap<u64, PathBuf>, RecordingError> {
-    let mut numbered = BTreeMap::new();
-    for (stem, path) in files::images(folder)? {
-        let digits = stem.text().trim_start_matches(|c: char| !c.is_ascii_digit());
-        let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
-        let Ok(number) = digits[..end].parse() else {
-            return Err(RecordingError::input(&path, "no frame's number in the name"));
-        };
-        if let Some(other) = numbered.insert(number, path.clone()) {
-            return Err(RecordingError::input(&path, format!("{} has the same number", other.display())));
-        }
-    }
-    Ok(numbered)
+    files::images_by(folder, Stem::first_number, "no frame's number in the name")
 }
 
 fn optional(folder: &Path) -> Result<BTreeMap<u64, PathBuf>, RecordingError> {

@@ -52,6 +52,14 @@ impl Stem {
             _ => None,
         }
     }
+
+    /// The first number in the name.
+    pub fn first_number(&self) -> Option<u64> {
+        self.parts.iter().find_map(|part| match part {
+            Part::Number(number) => Some(*number),
+            Part::Text(_) => None,
+        })
+    }
 }
 
 /// The images in a folder, in natural order.
@@ -72,13 +80,20 @@ pub(super) fn images(folder: &Path) -> Result<ByStem, RecordingError> {
     Ok(files)
 }
 
-/// The images with a number in their names, by that number.
+/// The images with a number at the end of their names, by that number.
 pub(super) fn numbered_images(folder: &Path) -> Result<BTreeMap<u64, PathBuf>, RecordingError> {
+    images_by(folder, Stem::number, "the name does not end in the frame's number")
+}
+
+/// The images of a folder by the number that `number_of` finds in their names; `absent` is said of one without.
+pub(super) fn images_by(
+    folder: &Path,
+    number_of: fn(&Stem) -> Option<u64>,
+    absent: &str,
+) -> Result<BTreeMap<u64, PathBuf>, RecordingError> {
     let mut files = BTreeMap::new();
     for (stem, path) in images(folder)? {
-        let Some(number) = stem.number() else {
-            return Err(RecordingError::input(&path, "the name does not end in the frame's number"));
-        };
+        let Some(number) = number_of(&stem) else { return Err(RecordingError::input(&path, absent)) };
         if let Some(other) = files.insert(number, path.clone()) {
             return Err(RecordingError::input(&path, format!("{} has the same number", other.display())));
         }
