@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 pub use settings::SettingsError;
 
 /// Every option of the server; one field for each section of `config/server.toml`.
@@ -41,7 +41,54 @@ pub struct Config {
     pub publish: crate::publish::PublishConfig,
 }
 
+/// Options that are built in beside the defaults: the files of that name in `config/profiles`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Profile {
+    /// The defaults.
+    Default,
+    /// Less work per frame, for live scopes on modest GPUs.
+    Realtime,
+    /// For machines without a GPU.
+    Cpu,
+}
+
+impl Profile {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Default, Self::Realtime, Self::Cpu];
+
+    fn text(self) -> &'static str {
+        match self {
+            Self::Default => "",
+            Self::Realtime => include_str!("../../config/profiles/realtime.toml"),
+            Self::Cpu => include_str!("../../config/profiles/cpu.toml"),
+        }
+    }
+}
+
+impl std::fmt::Display for Profile {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Default => "default",
+            Self::Realtime => "realtime",
+            Self::Cpu => "cpu",
+        })
+    }
+}
+
 impl Config {
+    /// As [`Config::load`], over a profile in place of the bare defaults.
+    ///
+    /// # Errors
+    /// [`SettingsError`] names the key or file.
+    pub fn load_over(
+        profile: Profile,
+        file: Option<&Path>,
+        overrides: &[String],
+    ) -> Result<Self, SettingsError> {
+        settings::load_over(profile.text(), file, overrides)
+    }
+
     /// The defaults, with `file` and then `overrides` (`section.key=value`) laid over them.
     ///
     /// # Errors
@@ -58,6 +105,13 @@ mod tests {
     #[test]
     fn the_documented_defaults_are_a_complete_configuration() {
         Config::load(None, &[]).unwrap();
+    }
+
+    #[test]
+    fn every_built_in_profile_is_a_configuration() {
+        for profile in Profile::ALL {
+            Config::load_over(profile, None, &[]).unwrap_or_else(|error| panic!("{profile}: {error}"));
+        }
     }
 
     #[test]

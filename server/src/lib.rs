@@ -3,6 +3,7 @@
 //! The only crate that knows tokio, axum and zenoh. `tracking` and `dense` meet in [`session::worker`], the wire
 //! format and the domain meet in [`convert`], and nowhere else.
 
+pub mod bench;
 pub mod cli;
 pub mod config;
 pub mod convert;

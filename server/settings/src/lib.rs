@@ -57,7 +57,19 @@ pub enum SettingsError {
 /// # Errors
 /// [`SettingsError`] names the key or file.
 pub fn load<T: DeserializeOwned>(file: Option<&Path>, overrides: &[String]) -> Result<T, SettingsError> {
-    let mut layers = vec![DEFAULTS.to_owned()];
+    load_over("", file, overrides)
+}
+
+/// As [`load`], with `profile`, a text like that of a file, between the defaults and the file.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_over<T: DeserializeOwned>(
+    profile: &str,
+    file: Option<&Path>,
+    overrides: &[String],
+) -> Result<T, SettingsError> {
+    let mut layers = vec![DEFAULTS.to_owned(), profile.to_owned()];
     if let Some(path) = file {
         layers.push(read_file(path)?);
     }
@@ -157,6 +169,15 @@ mod tests {
         std::fs::write(file.path(), "[quality]\ndark_level = 20\nsharpness_window = 9\n").unwrap();
         let sections: Sections = load(Some(file.path()), &["quality.dark_level=30".into()]).unwrap();
         assert_eq!((sections.quality.dark_level, sections.quality.sharpness_window), (30, 9));
+    }
+
+    #[test]
+    fn a_profile_lies_between_the_defaults_and_the_file() {
+        let file = tempfile::NamedTempFile::with_suffix(".toml").unwrap();
+        std::fs::write(file.path(), "[quality]\ndark_level = 20\n").unwrap();
+        let profile = "[quality]\ndark_level = 40\nsharpness_window = 9\n";
+        let sections: Sections = load_over(profile, Some(file.path()), &[]).unwrap();
+        assert_eq!((sections.quality.dark_level, sections.quality.sharpness_window), (20, 9));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use clap::{Parser, Subcommand};
 
 use crate::config::{Config, SettingsError};
 
+mod bench;
 mod demo;
 mod disparity;
 mod doctor;
@@ -41,6 +42,7 @@ const EXAMPLES: &str = "Examples:
   mis-slam replay rec.mcap --out run                 a recording becomes a trajectory and a model
   mis-slam eval run --truth rec.mcap                 scores them against the recording's truth
   mis-slam report run                                a page with pictures, plots and figures of a run
+  mis-slam bench                                     what this machine can be expected to do
   mis-slam serve                                     the server that scope carts and viewers connect to";
 
 #[derive(Debug, Subcommand)]
@@ -54,6 +56,7 @@ enum Verb {
     Disparity(disparity::Disparity),
     Eval(eval::Eval),
     Doctor(doctor::Doctor),
+    Bench(bench::Bench),
     Token(token::Token),
 }
 
@@ -116,6 +119,7 @@ impl Cli {
             Verb::Disparity(verb) => verb.run(&config),
             Verb::Eval(verb) => verb.run(&config),
             Verb::Doctor(verb) => verb.run(&config),
+            Verb::Bench(verb) => verb.run(&config, (self.config.as_deref(), &self.overrides)),
             Verb::Token(verb) => verb.run(&config),
         }
     }
@@ -129,5 +133,22 @@ impl Verb {
             Self::Replay(verb) => verb.trace(),
             _ => None,
         }
+    }
+}
+
+/// Columns and rows from a text such as `640x480`.
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    parsed.ok_or_else(|| format!("{text:?} is no size; write 640x480"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_is_two_numbers() {
+        assert_eq!(parse_size("640x480"), Ok((640, 480)));
+        assert!(parse_size("640").is_err() && parse_size("640x-1").is_err() && parse_size("x").is_err());
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use simulator::{SceneConfig, SceneKind};
 
 use super::progress::Progress;
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, parse_size};
 use crate::config::Config;
 use crate::simulated::{self, Encoding};
 
@@ -88,21 +88,5 @@ impl Simulate {
             ..defaults.clone()
         };
         if self.rigid { simulated::rigid(&scene) } else { scene }
-    }
-}
-
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    parsed.ok_or_else(|| format!("{text:?} is no size; write 640x480"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_size_is_two_numbers() {
-        assert_eq!(parse_size("640x480"), Ok((640, 480)));
-        assert!(parse_size("640").is_err() && parse_size("640x-1").is_err() && parse_size("x").is_err());
     }
 }

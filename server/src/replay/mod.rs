@@ -29,6 +29,7 @@ pub(crate) mod truth;
 
 use collector::{Collector, Running};
 pub use frames::FrameRow;
+pub(crate) use report::quantiles;
 pub use report::{FrameCounts, Report};
 use stream::StreamMeter;
 use truth::PointTruth;
