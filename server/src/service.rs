@@ -17,6 +17,7 @@ use crate::publish::zenoh::ZenohError;
 use crate::publish::{self, PublishConfig};
 use crate::session::SessionConfig;
 use crate::session::engine::Engine;
+use crate::session::lifecycle::Closing;
 use crate::session::registry::{Registry, RegistryConfig};
 use crate::storage::{Storage, StorageConfig, StorageError};
 
@@ -189,7 +190,9 @@ async fn tick(registry: Arc<Registry>, rate_hz: f64) {
         for ended in registry.tick() {
             let registry = Arc::clone(&registry);
             // Nobody waits for it: the reconstruction ends while others go on.
-            drop(tokio::task::spawn_blocking(move || registry.close(&ended, "the session has ended")));
+            drop(tokio::task::spawn_blocking(move || {
+                registry.close(&ended, Closing::because("the session has ended"));
+            }));
         }
     }
 }

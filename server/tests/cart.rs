@@ -180,6 +180,27 @@ async fn a_second_cart_takes_over_with_the_token_only() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_session_that_is_closed_on_purpose_is_not_opened_again() {
+    let server = TestServer::start_with(|config| config.zenoh.enabled = true).await;
+    let folder = TempDir::new().unwrap();
+    let recording = recording(&folder, 0.005);
+    let to = [format!("ws://{}", server.address), format!("zenoh/{}", server.zenoh_endpoints[0])];
+    for (to, session) in to.iter().zip(["theatre-3", "theatre-4"]) {
+        let looped = PublishOptions { repeat: true, ..options(recording.clone(), to, Some(session)) };
+        let streaming = tokio::spawn(async move { publish(&looped).await });
+        server.state_when_open(session, |state| state["pairs_received"].as_u64() > Some(3)).await;
+        let closed = server.request("DELETE", &format!("/api/sessions/{session}"), None).await;
+        assert_eq!(closed.0, 204);
+        let ended = support::within(streaming).await.unwrap().unwrap_err();
+        assert!(
+            matches!(&ended, CartError::SessionClosed { text } if text == "closed by request"),
+            "{ended}"
+        );
+        assert_eq!(server.request("GET", &format!("/api/sessions/{session}"), None).await.0, 404);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_server_that_comes_back_is_found_again() {
     let folder = TempDir::new().unwrap();
     let mut server = TestServer::start().await;

@@ -110,6 +110,7 @@ async fn a_closed_session_says_farewell() {
         let (last_words, code) = client.hear_close().await;
         let Some(from_server::Body::Farewell(farewell)) = last_words else { panic!("{last_words:?}") };
         assert_eq!((farewell.text.as_str(), code), ("closed by request", limits::CLOSE_GOING_AWAY));
+        assert!(farewell.r#final);
     }
 }
 
@@ -154,6 +155,7 @@ async fn a_stopping_server_tells_everybody_and_ends() {
         let (last_words, code) = client.hear_close().await;
         let Some(from_server::Body::Farewell(farewell)) = last_words else { panic!("{last_words:?}") };
         assert_eq!((farewell.text.as_str(), code), ("the server is shutting down", limits::CLOSE_GOING_AWAY));
+        assert!(!farewell.r#final);
     }
     drop((cart, viewer));
     assert!(server.registry.is_draining());

@@ -17,6 +17,9 @@ pub enum LinkError {
         /// What it says.
         text: String,
     },
+    /// The session was closed on purpose.
+    #[error("the session was closed: {0}")]
+    Closed(String),
     /// The network, or what came over it; it may work later.
     #[error("{0}")]
     Lost(String),

@@ -43,6 +43,12 @@ pub enum CartError {
         /// What it says.
         text: String,
     },
+    /// Somebody closed the session: it is not opened again.
+    #[error("the session was closed: {text}")]
+    SessionClosed {
+        /// What the server says of it.
+        text: String,
+    },
     /// The server could not be reached for too long.
     #[error("no connection to {to} for {:.0} s: {problem}", after.as_secs_f64())]
     Unreachable {

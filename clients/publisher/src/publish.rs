@@ -138,6 +138,7 @@ impl Sender<'_> {
                 // The server may not have noticed yet that the last connection is lost.
                 Err(LinkError::Refused { reason: Reason::SessionBusy, text }) if tally.has_sent() => text,
                 Err(LinkError::Refused { reason, text }) => return Err(CartError::Refused { reason, text }),
+                Err(LinkError::Closed(text)) => return Err(CartError::SessionClosed { text }),
             };
             let after = started.elapsed();
             if after.as_secs_f64() > self.config.give_up_s {
@@ -173,6 +174,7 @@ impl Sender<'_> {
                     self.link = None;
                 }
                 Err(LinkError::Refused { reason, text }) => return Err(CartError::Refused { reason, text }),
+                Err(LinkError::Closed(text)) => return Err(CartError::SessionClosed { text }),
             }
         }
     }
@@ -193,8 +195,8 @@ impl Sender<'_> {
         match tokio::time::timeout(Duration::from_secs_f64(self.config.linger_s), rest).await {
             Ok(Err(LinkError::Refused { reason, text })) => Err(CartError::Refused { reason, text }),
             // Pairs that were overtaken in the server have no pose, so it is usual that time runs out; and a
-            // connection lost after the last pair has done its work.
-            Ok(Ok(()) | Err(LinkError::Lost(_))) | Err(_) => Ok(()),
+            // connection lost or closed after the last pair has done its work.
+            Ok(Ok(()) | Err(LinkError::Lost(_) | LinkError::Closed(_))) | Err(_) => Ok(()),
         }
     }
 }
@@ -202,13 +204,17 @@ impl Sender<'_> {
 /// A server that ends the connection in the middle of a pair has said why before.
 ///
 /// # Errors
-/// [`CartError::Refused`] where it does not want the stream.
+/// [`CartError::Refused`] where it does not want the stream, [`CartError::SessionClosed`] where somebody has ended it.
 async fn last_words(link: &mut Link) -> Result<(), CartError> {
     while let Ok(Ok(body)) = tokio::time::timeout(LAST_WORDS_TIMEOUT, link.receive()).await {
-        if let from_server::Body::Refusal(refusal) = body
-            && refusal.sequence.is_none()
-        {
-            return Err(CartError::Refused { reason: refusal.reason(), text: refusal.text });
+        match body {
+            from_server::Body::Refusal(refusal) if refusal.sequence.is_none() => {
+                return Err(CartError::Refused { reason: refusal.reason(), text: refusal.text });
+            }
+            from_server::Body::Farewell(farewell) if farewell.r#final => {
+                return Err(CartError::SessionClosed { text: farewell.text });
+            }
+            _ => {}
         }
     }
     Ok(())
@@ -238,7 +244,7 @@ async fn exchange(
     Ok(Exchange::Goes)
 }
 
-/// A refusal of a pair is counted; one of the whole stream ends it.
+/// A refusal of a pair is counted; one of the whole stream ends it, as does the farewell of a session that was closed on purpose.
 fn hear(
     body: from_server::Body,
     tally: &mut Tally,
@@ -252,6 +258,9 @@ fn hear(
             }
             tracing::debug!(reason = refusal.reason().name(), text = refusal.text, "refused");
             tally.note_refused(refusal.reason());
+        }
+        from_server::Body::Farewell(farewell) if farewell.r#final => {
+            return Err(LinkError::Closed(farewell.text));
         }
         _ => return Ok(()),
     }

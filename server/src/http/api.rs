@@ -17,6 +17,7 @@ use super::access::{Caller, Scope};
 use super::error::off_runtime;
 use super::replay::checked_rate;
 use crate::session::intake::Rejection;
+use crate::session::lifecycle::Closing;
 use crate::session::live::Session;
 use crate::session::registry::{FeedWanted, Opening};
 
@@ -239,7 +240,7 @@ pub(super) async fn close(
 ) -> Result<StatusCode, Rejection> {
     let session = session(&app, &caller, Scope::Feed, &id)?;
     let registry = Arc::clone(&app.registry);
-    off_runtime(move || registry.close(&session, "closed by request")).await?;
+    off_runtime(move || registry.close(&session, Closing::by_request())).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 

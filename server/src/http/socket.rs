@@ -14,6 +14,7 @@ use tokio_tungstenite::tungstenite;
 
 use super::access::Caller;
 use crate::session::intake::Rejection;
+use crate::session::lifecycle::Closing;
 
 /// What a client is told at the end may take this long to write.
 const LAST_WORDS_TIMEOUT: Duration = Duration::from_secs(1);
@@ -33,7 +34,7 @@ pub enum Ending {
     /// A rule of the protocol refuses to go on.
     Refused(Rejection),
     /// The session has ended.
-    SessionClosed(String),
+    SessionClosed(Closing),
 }
 
 /// What a peer is held to.
@@ -127,9 +128,7 @@ impl Peer {
                 (refusal(Reason::OversizedMessage, &text), CLOSE_OVERSIZED, text)
             }
             Ending::Refused(Rejection { reason, text }) => (refusal(reason, &text), CLOSE_REFUSED, text),
-            Ending::SessionClosed(text) => {
-                (from_server::Body::Farewell(Farewell { text: text.clone() }), CLOSE_GOING_AWAY, text)
-            }
+            Ending::SessionClosed(closing) => (farewell(&closing), CLOSE_GOING_AWAY, closing.text),
         };
         let close = Message::Close(Some(CloseFrame { code, reason: close_text(&text).into() }));
         // The peer may be gone by now, which is what is wanted.
@@ -152,6 +151,11 @@ pub fn refusal(reason: Reason, text: &str) -> from_server::Body {
     from_server::Body::Refusal(protocol::refusal(reason, text, None))
 }
 
+/// The last words of a session.
+pub fn farewell(closing: &Closing) -> from_server::Body {
+    from_server::Body::Farewell(Farewell { text: closing.text.clone(), r#final: closing.on_purpose })
+}
+
 /// The server's answer to a hello: the one version that is spoken from then on.
 ///
 /// # Errors
@@ -168,12 +172,9 @@ pub fn own_hello() -> Hello {
 }
 
 /// Waits until a session has ended.
-pub async fn session_closed(closing: &mut watch::Receiver<Option<String>>, session: &SessionId) -> Ending {
-    let text = match closing.wait_for(Option::is_some).await {
-        Ok(text) => text.clone().unwrap_or_default(),
-        Err(_) => format!("session {session} has ended"),
-    };
-    Ending::SessionClosed(text)
+pub async fn session_closed(closing: &mut watch::Receiver<Option<Closing>>, session: &SessionId) -> Closing {
+    let told = closing.wait_for(Option::is_some).await.ok().and_then(|told| told.clone());
+    told.unwrap_or_else(|| Closing::because(&format!("session {session} has ended")))
 }
 
 /// Waits for the next value of a latest-wins lane.

@@ -70,7 +70,7 @@ async fn converse(peer: &mut Peer, feed: &Feed, registry: &Arc<Registry>) -> Res
                 }
                 peer.send(bytes).await?;
             }
-            ending = session_closed(&mut closing, hub.id()) => return Err(ending),
+            closed = session_closed(&mut closing, hub.id()) => return Err(Ending::SessionClosed(closed)),
             bytes = newest(&mut pose) => peer.send(bytes).await?,
             bytes = next_refusal(&mut refusals) => peer.send(bytes).await?,
             message = peer.receive() => handle(message?, peer, feed, registry).await?,

@@ -38,7 +38,7 @@ async fn follow(peer: &mut Peer, hub: &Hub) -> Result<(), Ending> {
         tokio::select! {
             biased;
             bytes = newest(&mut state) => peer.send(bytes).await?,
-            ending = session_closed(&mut closing, hub.id()) => return Err(ending),
+            closed = session_closed(&mut closing, hub.id()) => return Err(Ending::SessionClosed(closed)),
             message = peer.receive() => match message? {
                 Some(to_server::Body::Resync(_)) => model.resync(),
                 Some(to_server::Body::View(view)) => {

@@ -3,16 +3,15 @@
 use std::sync::Arc;
 
 use protocol::keys::{self, Lane};
-use protocol::v1::{Farewell, from_server};
 use protocol::{Bytes, SessionId};
 use tokio::task::JoinHandle;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::{CongestionControl, Priority};
 
 use super::model_lane::Seed;
-use crate::http::socket::{Ending, newest, session_closed};
+use crate::http::socket::{farewell, newest, session_closed};
 use crate::session::hub::Hub;
-use crate::session::lifecycle::SourceId;
+use crate::session::lifecycle::{Closing, SourceId};
 use crate::session::registry::Registry;
 
 /// What zenoh refused.
@@ -85,7 +84,7 @@ async fn publish(zenoh: &zenoh::Session, hub: &Hub) -> Result<(), ZenohError> {
         tokio::select! {
             biased;
             bytes = newest(&mut state) => lanes.state.put(bytes).await?,
-            ending = session_closed(&mut closing, hub.id()) => return say_farewell(zenoh, hub.id(), ending).await,
+            closed = session_closed(&mut closing, hub.id()) => return say_farewell(zenoh, hub.id(), &closed).await,
             bytes = newest(&mut pose) => lanes.pose.put(bytes).await?,
             bytes = newest(&mut shared) => lanes.shared.put(bytes).await?,
             Ok(bytes) = refusals.recv() => refuse(zenoh, hub, bytes).await?,
@@ -103,8 +102,6 @@ async fn refuse(zenoh: &zenoh::Session, hub: &Hub, bytes: Bytes) -> Result<(), Z
     }
 }
 
-async fn say_farewell(zenoh: &zenoh::Session, id: &SessionId, ending: Ending) -> Result<(), ZenohError> {
-    let Ending::SessionClosed(text) = ending else { return Ok(()) };
-    let farewell = protocol::from_server(from_server::Body::Farewell(Farewell { text }));
-    Ok(zenoh.put(Lane::Control.key(id), farewell).await?)
+async fn say_farewell(zenoh: &zenoh::Session, id: &SessionId, closing: &Closing) -> Result<(), ZenohError> {
+    Ok(zenoh.put(Lane::Control.key(id), protocol::from_server(farewell(closing))).await?)
 }

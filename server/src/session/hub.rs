@@ -16,7 +16,7 @@ use tokio::sync::{broadcast, watch};
 use super::SessionConfig;
 use super::intake::{Intake, Rejection};
 use super::journal::{Entry, JournalInlet};
-use super::lifecycle::{Claim, Event, Lifecycle, SourceBusy, SourceId};
+use super::lifecycle::{Claim, Closing, Event, Lifecycle, SourceBusy, SourceId};
 use super::mailbox::{Offer, Policy};
 use super::shared_scene::SharedScene;
 use super::tally::{Arrivals, Drops, Meter};
@@ -73,8 +73,8 @@ pub struct Hub {
     pub model: ModelLane,
     /// Refusals of single pairs, for the cart.
     pub refusals: broadcast::Sender<Bytes>,
-    /// Why the session ended, once it has.
-    pub closing: watch::Sender<Option<String>>,
+    /// How the session ended, once it has.
+    pub closing: watch::Sender<Option<Closing>>,
 }
 
 struct Facts {
@@ -187,13 +187,14 @@ impl Hub {
         let changed = {
             let mut facts = self.facts();
             let changed = facts.lifecycle.handle(event, Instant::now());
-            changed.then(|| (facts.lifecycle.status(), facts.lifecycle.text().to_owned()))
+            let lifecycle = &facts.lifecycle;
+            changed.then(|| (lifecycle.status(), lifecycle.text().to_owned(), lifecycle.closing()))
         };
-        let Some((status, text)) = changed else { return };
+        let Some((status, text, closing)) = changed else { return };
         tracing::info!(session = %self.id, status = status.name(), text, "session status");
         self.publish_state();
-        if status == SessionStatus::Closed {
-            self.closing.send_replace(Some(text));
+        if closing.is_some() {
+            self.closing.send_replace(closing);
             self.model.close();
         }
     }

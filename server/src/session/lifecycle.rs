@@ -51,9 +51,30 @@ pub enum Event {
     /// The reconstruction cannot go on.
     Failed(String),
     /// Somebody ends the session.
-    Close(String),
+    Close(Closing),
     /// Time has passed.
     Tick,
+}
+
+/// How a session ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Closing {
+    /// Why, for people.
+    pub text: String,
+    /// Somebody wanted just this session to end: its cart is not to open it again.
+    pub on_purpose: bool,
+}
+
+impl Closing {
+    /// Somebody asked for it.
+    pub fn by_request() -> Self {
+        Self { text: "closed by request".into(), on_purpose: true }
+    }
+
+    /// The session has come to its end, or the server has.
+    pub fn because(text: &str) -> Self {
+        Self { text: text.into(), on_purpose: false }
+    }
 }
 
 /// Another source feeds the session.
@@ -92,7 +113,7 @@ pub struct Lifecycle {
     unusable_at: VecDeque<Instant>,
     last_unusable: Reason,
     failure: Option<String>,
-    closing: Option<String>,
+    closing: Option<Closing>,
     /// Since when nobody feeds it.
     idle_since: Option<Instant>,
 }
@@ -124,6 +145,13 @@ impl Lifecycle {
     /// Why it is not live, for people; empty while live.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// How it ended, once it has.
+    pub fn closing(&self) -> Option<Closing> {
+        let ended = self.status == SessionStatus::Closed;
+        // Where nobody asked for it, time did.
+        ended.then(|| self.closing.clone().unwrap_or_else(|| Closing::because(&self.text)))
     }
 
     /// Whether a cart is connected.
@@ -177,7 +205,7 @@ impl Lifecycle {
             Event::SourceLeft(_) | Event::Tick => {}
             Event::Calibrated => self.failure = None,
             Event::Failed(text) => self.failure = Some(text),
-            Event::Close(text) => self.closing = Some(text),
+            Event::Close(closing) => self.closing = Some(closing),
         }
         self.settle(now)
     }
@@ -207,8 +235,8 @@ impl Lifecycle {
         if self.status == SessionStatus::Closed {
             return (SessionStatus::Closed, self.text.clone());
         }
-        if let Some(text) = &self.closing {
-            return (SessionStatus::Closed, text.clone());
+        if let Some(closing) = &self.closing {
+            return (SessionStatus::Closed, closing.text.clone());
         }
         if self.idle_since.is_some_and(|since| now.duration_since(since) >= self.config.ttl()) {
             return (SessionStatus::Closed, format!("no cart for {} s", self.config.ttl_s));
@@ -382,15 +410,18 @@ mod tests {
         session.handle(Event::SourceLeft(cart("a")), clock.after(0.1));
         session.handle(Event::Tick, clock.after(599.0));
         assert_eq!(session.status(), SessionStatus::SourceLost);
+        assert_eq!(session.closing(), None);
         assert!(session.handle(Event::Tick, clock.after(1.1)));
         assert_eq!(session.status(), SessionStatus::Closed);
+        assert_eq!(session.closing(), Some(Closing::because("no cart for 600 s")));
     }
 
     #[test]
     fn nothing_reopens_a_closed_session() {
         let (mut session, mut clock) = live();
-        session.handle(Event::Close("closed by request".into()), clock.after(0.1));
+        session.handle(Event::Close(Closing::by_request()), clock.after(0.1));
         session.handle(Event::PairTaken, clock.after(0.1));
         assert_eq!((session.status(), session.text()), (SessionStatus::Closed, "closed by request"));
+        assert_eq!(session.closing(), Some(Closing::by_request()));
     }
 }

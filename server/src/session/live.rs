@@ -12,7 +12,7 @@ use super::history::History;
 use super::hub::Hub;
 use super::intake::Rejection;
 use super::journal::{Entry, Journal, JournalOptions};
-use super::lifecycle::{Event, SourceId};
+use super::lifecycle::{Closing, Event, SourceId};
 use super::mailbox::{MailboxSender, Offer, Policy, mailbox};
 use super::replay_source::ReplayControl;
 use super::results;
@@ -190,8 +190,8 @@ impl Session {
     }
 
     /// Ends the session: all who follow it are told, the reconstruction is waited for, results are written. Blocks.
-    pub fn close(&self, text: &str) {
-        self.hub.happen(Event::Close(text.to_owned()));
+    pub fn close(&self, closing: Closing) {
+        self.hub.happen(Event::Close(closing));
         if let Some(replay) = lock(&self.replay).take() {
             replay.stop();
         }

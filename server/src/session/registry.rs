@@ -15,7 +15,7 @@ use super::SessionConfig;
 use super::engine::Engine;
 use super::hub::Hub;
 use super::intake::Rejection;
-use super::lifecycle::{Event, SourceId};
+use super::lifecycle::{Closing, Event, SourceId};
 use super::live::{RunStart, Session, SessionOptions, SessionParts};
 use super::mailbox::Policy;
 use super::recovery::LeftJournal;
@@ -27,6 +27,8 @@ use crate::storage::{Run, Storage};
 
 /// Random bytes of an id or token that the server makes.
 const RANDOM_BYTES: usize = 16;
+/// What everybody is told then.
+const SHUTTING_DOWN: &str = "the server is shutting down";
 
 /// What the registry is made from.
 #[derive(Clone, Debug)]
@@ -194,7 +196,7 @@ impl Registry {
 
     fn check_room(&self, id: &SessionId) -> Result<(), Rejection> {
         if self.is_draining() {
-            return Err(Rejection::new(Reason::ShuttingDown, "the server is shutting down"));
+            return Err(Rejection::new(Reason::ShuttingDown, SHUTTING_DOWN));
         }
         let sessions = self.sessions();
         if sessions.contains_key(id) {
@@ -286,7 +288,7 @@ impl Registry {
     }
 
     /// Ends a session; all who follow it are told. Blocks until its reconstruction has ended.
-    pub fn close(&self, session: &Arc<Session>, text: &str) {
+    pub fn close(&self, session: &Arc<Session>, closing: Closing) {
         {
             let mut sessions = self.sessions();
             // Another session may have taken its id since.
@@ -295,7 +297,7 @@ impl Registry {
             }
         }
         self.changed.send_modify(|changes| *changes += 1);
-        session.close(text);
+        session.close(closing);
     }
 
     /// Whether no more sessions are taken.
@@ -307,7 +309,7 @@ impl Registry {
     pub fn start_draining(&self) {
         self.draining.store(true, Ordering::Relaxed);
         for session in self.list() {
-            session.hub().happen(Event::Close("the server is shutting down".into()));
+            session.hub().happen(Event::Close(Closing::because(SHUTTING_DOWN)));
         }
     }
 
@@ -317,7 +319,7 @@ impl Registry {
         let sessions = self.list();
         std::thread::scope(|scope| {
             for session in &sessions {
-                scope.spawn(|| self.close(session, "the server is shutting down"));
+                scope.spawn(|| self.close(session, Closing::because(SHUTTING_DOWN)));
             }
         });
     }

@@ -26,7 +26,7 @@ pub struct ZenohLink {
     pairs: Publisher<'static>,
     inbox: Inbox,
     _token: LivelinessToken,
-    _subscribers: [Subscriber<()>; 3],
+    _subscribers: [Subscriber<()>; 4],
 }
 
 impl ZenohLink {
@@ -48,12 +48,20 @@ impl ZenohLink {
         let (outlet, inbox) = inbox(INCOMING_MAX);
         let poses = session.declare_subscriber(Lane::Pose.key(id)).callback(outlet.samples()).await?;
         let replies = session.declare_subscriber(keys::reply(id, &source)).callback(outlet.samples()).await?;
+        let control = session.declare_subscriber(Lane::Control.key(id)).callback(outlet.samples()).await?;
         let server = outlet.watch_server(&session, id).await?;
         let pairs = session
             .declare_publisher(Lane::IngestStereo.key(id))
             .congestion_control(CongestionControl::Block)
             .await?;
-        Ok(Self { session, source, pairs, inbox, _token: token, _subscribers: [poses, replies, server] })
+        Ok(Self {
+            session,
+            source,
+            pairs,
+            inbox,
+            _token: token,
+            _subscribers: [poses, replies, control, server],
+        })
     }
 
     async fn calibrate(&self, id: &SessionId, purpose: &Purpose) -> Result<String, LinkError> {
