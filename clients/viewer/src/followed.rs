@@ -46,8 +46,11 @@ impl Followed {
     pub fn take(&mut self, body: from_server::Body, now: Instant) {
         match body {
             from_server::Body::Epoch(epoch) => {
-                let taken = self.replica.take_epoch(&epoch);
-                self.model_changed(taken, now);
+                let shows_the_same = self.scene.is_current && !changes_surfels(&epoch);
+                match self.replica.take_epoch(&epoch) {
+                    Ok(Progress::Current) if shows_the_same => self.scene.model_age.heard(now),
+                    taken => self.model_changed(taken, now),
+                }
             }
             from_server::Body::Snapshot(chunk) => {
                 let taken = self.replica.take_chunk(&chunk);
@@ -106,6 +109,13 @@ impl Followed {
         self.scene.surfels = Arc::new(surfels);
         self.scene.version += 1;
     }
+}
+
+/// Whether surfels come, go or move.
+fn changes_surfels(epoch: &v1::ModelEpoch) -> bool {
+    let blocks = [&epoch.added, &epoch.updated].into_iter().flatten();
+    let lists = blocks.map(|block| &block.ids).chain([&epoch.removed_ids, &epoch.node_transforms]);
+    lists.into_iter().any(|list| !list.is_empty())
 }
 
 fn row(surfel: &Surfel) -> SurfelRow {

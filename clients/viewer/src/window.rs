@@ -208,8 +208,9 @@ impl<S: Shown> Viewer<S> {
             status: &self.status,
             surfels: (&arrays, weight_max),
         };
-        let picture = screenshot::draw(&self.gpu, open.size_px(), &frame)?;
-        screenshot::write(&self.options.pictures, &picture)
+        let mut drawn = None;
+        self.shown.in_turn(&mut || drawn = Some(screenshot::draw(&self.gpu, open.size_px(), &frame)));
+        drawn.map_or(Ok(()), |picture| screenshot::write(&self.options.pictures, &picture?))
     }
 
     fn press(&mut self, key: &Key, events: &ActiveEventLoop) {
