@@ -3,6 +3,7 @@
 #![expect(clippy::panic, reason = "a test support function fails by panicking, with what it saw")]
 
 pub mod browser;
+pub mod cart;
 pub mod data;
 pub mod display;
 pub mod process;

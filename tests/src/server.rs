@@ -1,6 +1,7 @@
 //! A real `mis-slam serve` on loopback ports of its own.
 
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -18,6 +19,11 @@ pub struct Server {
     pub http: String,
     /// `tcp/127.0.0.1:PORT`.
     pub zenoh: String,
+}
+
+/// The setting that keeps what a server stores in this folder.
+pub fn stored_in(directory: &Path) -> String {
+    format!("storage.directory={}", directory.display())
 }
 
 impl Server {

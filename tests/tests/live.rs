@@ -1,39 +1,15 @@
 //! The whole system at work: carts, server, browser.
 
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tests::browser::{Browser, Observation};
+use tests::cart::Cart;
 use tests::server::Server;
 use tests::{data, process};
 
 /// Small pictures: the tests run on software Vulkan.
 const SMALL: &[&str] = &["--size", "320x240", "--frames", "60", "--fps", "10", "--rigid"];
-
-/// A cart process; killed when dropped.
-struct Cart(Child);
-
-impl Cart {
-    fn start(recording: &std::path::Path, to: &str, session: &str) -> Self {
-        let mut command: Command = process::program("mis-slam-cart");
-        command.arg(recording).args(["--to", to, "--session", session, "--loop"]);
-        Self(command.stdout(Stdio::null()).spawn().expect("the cart starts"))
-    }
-
-    /// As when its power fails.
-    fn kill(&mut self) {
-        self.0.kill().expect("the cart can be killed");
-        self.0.wait().expect("the cart is gone");
-    }
-}
-
-impl Drop for Cart {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 fn has_model(session: &Value) -> Option<()> {
     (session["surfels"].as_u64()? > 300 && session["frames_fused"].as_u64()? > 4).then_some(())

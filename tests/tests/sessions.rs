@@ -1,36 +1,15 @@
 //! Sessions of a real server: kept apart, recorded, recovered after a kill, replayed.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 
 use serde_json::{Value, json};
-use tests::server::Server;
+use tests::cart::Cart;
+use tests::server::{Server, stored_in};
 use tests::{data, process};
 
 /// Small pictures: the tests run on software Vulkan.
 const SMALL: &[&str] = &["--size", "320x240", "--frames", "40", "--fps", "10", "--rigid"];
-
-/// A cart process; killed when dropped.
-struct Cart(Child);
-
-impl Cart {
-    fn start(recording: &Path, to: &str, session: &str) -> Self {
-        let mut command: Command = process::program("mis-slam-cart");
-        command.arg(recording).args(["--to", to, "--session", session, "--loop"]);
-        Self(command.stdout(Stdio::null()).spawn().expect("the cart starts"))
-    }
-}
-
-impl Drop for Cart {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-fn storage(directory: &Path) -> String {
-    format!("storage.directory={}", directory.display())
-}
 
 fn fused(session: &Value, frames: u64) -> Option<()> {
     (session["surfels"].as_u64()? > 100 && session["frames_fused"].as_u64()? >= frames).then_some(())
@@ -39,7 +18,7 @@ fn fused(session: &Value, frames: u64) -> Option<()> {
 #[test]
 fn a_killed_server_recovers_its_session_and_the_cart_finds_it_again() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
-    let kept = storage(&scratch.path().join("data"));
+    let kept = stored_in(&scratch.path().join("data"));
     let liver = data::simulate(scratch.path(), "liver", SMALL);
     let server = Server::start(&[&kept, "storage.record_all=true"]);
     let cart = Cart::start(&liver, &server.ws(), "theatre");
@@ -114,7 +93,7 @@ fn two_replays_at_once_do_not_mix_and_share_the_gpu() {
     };
     let expected = [("one.mcap", alone("one.mcap", &one)), ("other.mcap", alone("other.mcap", &other))];
 
-    let server = Server::start(&[&storage(&scratch.path().join("data"))]);
+    let server = Server::start(&[&stored_in(&scratch.path().join("data"))]);
     for (name, _) in &expected {
         let id = name.trim_end_matches(".mcap");
         let wanted = json!({"session": id, "replay": {"recording": name, "rate": 0.0}});

@@ -10,7 +10,7 @@ use geometry::Rgb;
 use recording::{ImageFormat, export};
 use serde_json::{Value, json};
 use tests::display::VirtualDisplay;
-use tests::server::{PATIENCE, Server};
+use tests::server::{PATIENCE, Server, stored_in};
 use tests::{data, process};
 
 const SIZE: (u32, u32) = (320, 240);
@@ -23,13 +23,9 @@ const SESSION: &str = "/api/sessions/liver";
 
 /// A server that has worked a recording through and holds its model.
 fn with_model(scratch: &Path) -> Server {
-    let server = Server::start(&[&storage(scratch)]);
+    let server = Server::start(&[&stored_in(&scratch.join("data"))]);
     work_through(&server, scratch);
     server
-}
-
-fn storage(scratch: &Path) -> String {
-    format!("storage.directory={}", scratch.join("data").display())
 }
 
 fn work_through(server: &Server, scratch: &Path) {
@@ -203,7 +199,7 @@ fn a_server_with_a_window_draws_the_model_from_where_it_lives() {
     let size = (1280, 960);
     let Some(display) = VirtualDisplay::start(size) else { return };
     let scratch = tempfile::tempdir().unwrap();
-    let mut server = Server::start_with_window(&display.name, &[&storage(scratch.path())]);
+    let mut server = Server::start_with_window(&display.name, &[&stored_in(&scratch.path().join("data"))]);
     work_through(&server, scratch.path());
     let expected = decoded(server.get_bytes(&format!("{SESSION}/view.png?width=1280&height=960")), size);
     // The window keeps its place while the model grows by less than a tenth, so the two are not seen from one point.

@@ -11,13 +11,14 @@
 mod series;
 
 use std::path::Path;
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
 use series::Series;
-use tests::server::Server;
-use tests::{data, process};
+use tests::cart::Cart;
+use tests::data;
+use tests::server::{Server, stored_in};
 
 /// Between two readings.
 const INTERVAL: Duration = Duration::from_secs(5);
@@ -48,17 +49,6 @@ struct Arguments {
     settings: Vec<String>,
 }
 
-/// A cart process; killed when dropped.
-struct Cart(Child);
-
-impl Drop for Cart {
-    fn drop(&mut self) {
-        // It may have ended by itself, which is then seen in the figures.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let scratch = match tempfile::tempdir() {
@@ -82,11 +72,12 @@ fn run(arguments: &Arguments, scratch: &Path) -> f64 {
     let (frames, fps) = (arguments.frames.to_string(), arguments.fps.to_string());
     let scene = ["--size", &arguments.size, "--frames", &frames, "--fps", &fps];
     let recording = data::simulate(scratch, "liver", &scene);
-    let directory = format!("storage.directory={}", scratch.join("data").display());
+    let directory = stored_in(&scratch.join("data"));
     let settings: Vec<&str> =
         [directory.as_str()].into_iter().chain(arguments.settings.iter().map(String::as_str)).collect();
     let server = Server::start(&settings);
-    let _carts: Vec<Cart> = (0..arguments.sessions).map(|number| cart(&recording, &server, number)).collect();
+    let cart = |number| Cart::start(&recording, &server.ws(), &format!("soak-{number}"));
+    let _carts: Vec<Cart> = (0..arguments.sessions).map(cart).collect();
     let (mut memory, mut load, mut fused) = (Series::default(), Series::default(), Series::default());
     println!("{:>8} {:>12} {:>10} {:>10} {:>10}", "s", "memory MiB", "CPU %", "fused/s", "surfels");
     let started = Instant::now();
@@ -115,13 +106,6 @@ fn run(arguments: &Arguments, scratch: &Path) -> f64 {
         println!("{name:>8}: {:.2} {unit}, {:+.3} {unit} a minute", series.mean(), series.slope_per_min());
     }
     memory.slope_per_min()
-}
-
-fn cart(recording: &Path, server: &Server, number: u16) -> Cart {
-    let mut command: Command = process::program("mis-slam-cart");
-    let session = format!("soak-{number}");
-    command.arg(recording).args(["--to", &server.ws(), "--session", &session, "--loop"]);
-    Cart(command.stdout(Stdio::null()).spawn().expect("the cart starts"))
 }
 
 /// Resident memory of a process; not a number where the system does not tell.
