@@ -10,8 +10,8 @@ pub enum StreamError {
     #[error("GPU: {0}")]
     Gpu(#[from] gpu::GpuError),
     /// The configuration.
-    #[error("configuration: {0}")]
-    Config(#[from] toml::de::Error),
+    #[error(transparent)]
+    Config(#[from] mis_slam::config::SettingsError),
     /// The server.
     #[error("server: {0}")]
     Service(#[from] mis_slam::service::ServiceError),

@@ -6,6 +6,7 @@ use std::time::Instant;
 use dense::synthetic::SyntheticModel;
 use dense::{DenseConfig, Surfel};
 use gpu::{AdapterSelection, Gpu};
+use mis_slam::config::Config;
 use mis_slam::convert;
 use mis_slam::publish::model_lane::ModelUpdate;
 
@@ -43,15 +44,9 @@ pub struct Kept {
     pub held: Vec<Surfel>,
 }
 
-/// The shipped configuration of the model.
-fn shipped_dense() -> Result<DenseConfig, StreamError> {
-    let mut shipped: toml::Table = toml::from_str(include_str!("../../../../config/server.toml"))?;
-    Ok(shipped.remove("dense").unwrap_or(toml::Value::Table(toml::Table::new())).try_into()?)
-}
-
 /// Runs the sheet.
 pub fn select(arguments: &Arguments, surfels: u32, frames: usize) -> Result<Run, StreamError> {
-    let config: DenseConfig = shipped_dense()?;
+    let config = Config::load(None, &[])?.dense;
     let gpu = Arc::new(Gpu::open(&AdapterSelection { adapter: String::new() }.with_environment())?);
     let adapter = gpu.description().name.clone();
     let sheet = Sheet::new(surfels);

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use mis_slam::config::Config;
 use mis_slam::service::{Service, ServiceConfig, ServiceError};
 use mis_slam::session::registry::{FeedWanted, Opening};
 use protocol::v1::{Calibration, Camera, RectifiedRig};
@@ -31,8 +32,7 @@ pub struct BenchServer {
 impl BenchServer {
     /// A server with one session that waits to be played.
     pub async fn start(run: &Arc<Run>, rate_hz: f64) -> Result<Self, StreamError> {
-        let shipped = include_str!("../../../../config/server.toml");
-        let mut config: ServiceConfig = toml::from_str(shipped)?;
+        let mut config = ServiceConfig::from(&Config::load(None, &[])?);
         config.server.listen = SocketAddr::from(([127, 0, 0, 1], 0));
         config.zenoh.enabled = false;
         config.storage.directory = String::new().into();
