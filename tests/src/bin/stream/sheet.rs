@@ -41,7 +41,8 @@ impl Sheet {
         (0..self.surfels).map(|id| self.surfel(id, time_s, frame)).collect()
     }
 
-    fn surfel(&self, id: u32, time_s: f64, frame: u32) -> Surfel {
+    /// One surfel at a time; `frame` chooses its noise.
+    pub fn surfel(&self, id: u32, time_s: f64, frame: u32) -> Surfel {
         let (u, v) = grid(id, self.side, SURFEL_SPACING_M);
         let noise = Vector3::from([0, 1, 2].map(|axis| NOISE_M * noise(id, 3 * frame + axis)));
         let frame = frame_of(u, v, time_s);
