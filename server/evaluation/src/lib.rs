@@ -17,7 +17,6 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use recording::RecordingReader;
 use serde::Serialize;
 
 pub use depth::{DepthDetail, DepthFrames, DepthScores};
@@ -28,7 +27,7 @@ pub use surface::{
     ComparedPoint, ComparedSurfaces, ModelPoints, SurfaceError, SurfaceScores, compared_surfaces,
 };
 pub use trajectory::{PoseCounts, TrajectoryScores};
-use truth::Truth;
+pub use truth::Truth;
 
 /// All scores of one replay; what could not be computed is `None`, and `missing` says why.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -78,16 +77,15 @@ impl Notes {
 /// # Errors
 /// [`EvaluationError`] where the folder or the truth cannot be read, or a result file is damaged; an absent result file
 /// is listed in [`Evaluation::missing`].
-pub fn evaluate(results: &Path, recording: &RecordingReader) -> Result<Evaluation, EvaluationError> {
+pub fn evaluate(results: &Path, truth: &Truth) -> Result<Evaluation, EvaluationError> {
     if !results.is_dir() {
         return Err(EvaluationError::NoResults(results.to_path_buf()));
     }
-    let truth = Truth::read(recording)?;
     let mut notes = Notes::default();
-    let (trajectory, estimates) = trajectory::score(results, &truth, &mut notes)?;
-    let depth = depth::score(results, &truth, &mut notes)?;
-    let surface = surface::score(results, &truth, &estimates, &mut notes)?;
-    let points = points::score(results, &truth, &estimates, &mut notes)?;
+    let (trajectory, estimates) = trajectory::score(results, truth, &mut notes)?;
+    let depth = depth::score(results, truth, &mut notes)?;
+    let surface = surface::score(results, truth, &estimates, &mut notes)?;
+    let points = points::score(results, truth, &estimates, &mut notes)?;
     let Notes { missing, warnings } = notes;
     Ok(Evaluation {
         frames: truth.frame_stamps_ns.len(),

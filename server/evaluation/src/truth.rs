@@ -5,6 +5,7 @@ mod moving_mesh;
 
 use std::collections::BTreeMap;
 
+use geometry::trajectory::StampedPose;
 use geometry::{Pinhole, Pose, Rectification};
 use nalgebra::Point3;
 use recording::{Calibration, RecordingReader, StampedDepth, TruthPoints};
@@ -18,24 +19,27 @@ const MESH_ATTACHMENT: &str = "truth_mesh.npz";
 /// Material points at one time, by their ids.
 pub(crate) type PointsById = BTreeMap<u32, Point3<f64>>;
 
-/// What a recording says is true.
-pub(crate) struct Truth<'a> {
+/// What a recording says is true, read once for all that is compared with it.
+pub struct Truth<'a> {
     recording: &'a RecordingReader,
     /// Stamps of the stereo pairs; a frame is an index into them.
-    pub frame_stamps_ns: Vec<u64>,
+    pub(crate) frame_stamps_ns: Vec<u64>,
     poses: BTreeMap<u64, Pose>,
     points: BTreeMap<u64, PointsById>,
     /// Points in the first message of true points.
-    pub points_at_first: usize,
+    pub(crate) points_at_first: usize,
     /// The simulator's surface, if the recording is simulated.
-    pub mesh: Option<MovingMesh>,
+    pub(crate) mesh: Option<MovingMesh>,
     /// From the world of the recording to that of its first left camera.
-    pub world_from_recorded: Pose,
+    pub(crate) world_from_recorded: Pose,
 }
 
 impl<'a> Truth<'a> {
-    /// Reads everything but the depth maps.
-    pub(crate) fn read(recording: &'a RecordingReader) -> Result<Self, EvaluationError> {
+    /// Reads everything but the depth maps, which are read one at a time when they are compared.
+    ///
+    /// # Errors
+    /// [`EvaluationError`] where the recording holds no pair or cannot be read.
+    pub fn read(recording: &'a RecordingReader) -> Result<Self, EvaluationError> {
         let pairs = recording.stereo()?.map(|pair| Ok::<_, EvaluationError>(pair?.stamp_ns));
         let frame_stamps_ns = pairs.collect::<Result<Vec<_>, _>>()?;
         let &first_ns = frame_stamps_ns.first().ok_or(EvaluationError::NoFrames)?;
@@ -63,6 +67,18 @@ impl<'a> Truth<'a> {
             mesh: mesh.map(MovingMesh::from_npz).transpose()?,
             world_from_recorded,
         })
+    }
+
+    /// Stamps of the stereo pairs, ascending; a frame is an index into them.
+    pub fn frame_stamps_ns(&self) -> &[u64] {
+        &self.frame_stamps_ns
+    }
+
+    /// The scope's true path, by stamp.
+    pub fn trajectory(&self) -> Vec<StampedPose> {
+        let stamped =
+            |(&stamp_ns, &world_from_camera): (&u64, &Pose)| StampedPose { stamp_ns, world_from_camera };
+        self.poses.iter().map(stamped).collect()
     }
 
     /// The last frame.

@@ -28,7 +28,9 @@ fn evaluated(name: &str, with_mesh: bool) -> Value {
     let recording = folder.join("truth.mcap");
     scene::write_recording(&recording, with_mesh);
     scene::write_results(&folder);
-    let scores = evaluation::evaluate(&folder, &scene::open(&recording)).expect("readable results");
+    let reader = scene::open(&recording);
+    let truth = evaluation::Truth::read(&reader).expect("it was written");
+    let scores = evaluation::evaluate(&folder, &truth).expect("readable results");
     serde_json::to_value(scores).expect("scores serialise")
 }
 

@@ -2,7 +2,7 @@
 
 mod scene;
 
-use evaluation::{Evaluation, EvaluationError, evaluate};
+use evaluation::{Evaluation, EvaluationError, Truth, evaluate};
 
 fn without(change: impl FnOnce(&std::path::Path)) -> Result<Evaluation, EvaluationError> {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -10,7 +10,7 @@ fn without(change: impl FnOnce(&std::path::Path)) -> Result<Evaluation, Evaluati
     scene::write_recording(&recording, true);
     scene::write_results(folder.path());
     change(folder.path());
-    evaluate(folder.path(), &scene::open(&recording))
+    evaluate(folder.path(), &Truth::read(&scene::open(&recording))?)
 }
 
 fn remove(folder: &std::path::Path, file: &str) {
@@ -69,6 +69,8 @@ fn a_folder_that_is_not_there_is_an_error() {
     let recording = folder.path().join("truth.mcap");
     scene::write_recording(&recording, false);
     let absent = folder.path().join("absent");
-    let error = evaluate(&absent, &scene::open(&recording)).expect_err("not there");
+    let reader = scene::open(&recording);
+    let truth = Truth::read(&reader).expect("it was written");
+    let error = evaluate(&absent, &truth).expect_err("not there");
     assert!(matches!(error, EvaluationError::NoResults(_)), "{error}");
 }

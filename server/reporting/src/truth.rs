@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use evaluation::{ComparedSurfaces, Evaluation};
+use evaluation::{ComparedSurfaces, Evaluation, Truth};
 use geometry::trajectory::StampedPose;
 use geometry::{DepthMap, Rgb};
 use recording::{RecordingConfig, RecordingReader};
@@ -50,10 +50,10 @@ impl Known {
         };
         let reader = RecordingReader::open(&path, config)?;
         let refused = ReportingError::evaluation(&run.directory);
-        let scores = evaluation::evaluate(&run.directory, &reader).map_err(&refused)?;
-        let surfaces = evaluation::compared_surfaces(&run.directory, &reader).map_err(&refused)?;
-        let stamps_ns: Vec<u64> =
-            reader.stereo()?.map(|pair| Ok::<_, ReportingError>(pair?.stamp_ns)).collect::<Result<_, _>>()?;
+        let truth = Truth::read(&reader).map_err(&refused)?;
+        let scores = evaluation::evaluate(&run.directory, &truth).map_err(&refused)?;
+        let surfaces = evaluation::compared_surfaces(&run.directory, &truth).map_err(&refused)?;
+        let (true_trajectory, stamps_ns) = (truth.trajectory(), truth.frame_stamps_ns().to_vec());
         let depth_stamps = reader.depths()?.map(|depth| Ok::<_, ReportingError>(depth?.stamp_ns));
         let true_depth_stamps_ns = depth_stamps.collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
@@ -62,7 +62,7 @@ impl Known {
             notes: reader.metadata()?,
             scores: Some(scores),
             surfaces,
-            true_trajectory: from_first(reader.poses()?, stamps_ns.first().copied()),
+            true_trajectory,
             true_depth_stamps_ns,
             stamps_ns,
             reader: Some(reader),
@@ -112,18 +112,6 @@ impl Known {
         let number = |stamp_ns: &u64| self.stamps_ns.binary_search(stamp_ns).ok().map(|number| number as u64);
         self.true_depth_stamps_ns.iter().filter_map(number).collect()
     }
-}
-
-/// Poses as a replay counts them: from the left camera of the first pair.
-fn from_first(poses: Vec<StampedPose>, first_ns: Option<u64>) -> Vec<StampedPose> {
-    let first = poses.iter().find(|pose| Some(pose.stamp_ns) == first_ns).map(|pose| pose.world_from_camera);
-    let Some(first) = first else { return poses };
-    let world_from_recorded = first.inverse();
-    let moved = |pose: StampedPose| StampedPose {
-        world_from_camera: world_from_recorded * pose.world_from_camera,
-        ..pose
-    };
-    poses.into_iter().map(moved).collect()
 }
 
 fn file_name(path: &Path) -> String {

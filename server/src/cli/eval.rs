@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use evaluation::Truth;
 use recording::RecordingReader;
 
 use super::{Failure, Outcome};
@@ -23,7 +24,8 @@ pub struct Eval {
 
 impl Eval {
     pub(super) fn run(&self, config: &Config) -> Outcome {
-        let truth = RecordingReader::open(&self.truth, &config.recording).map_err(Failure::bad_input)?;
+        let recording = RecordingReader::open(&self.truth, &config.recording).map_err(Failure::bad_input)?;
+        let truth = Truth::read(&recording).map_err(Failure::bad_input)?;
         let scores = evaluation::evaluate(&self.directory, &truth).map_err(Failure::bad_input)?;
         let text = serde_json::to_string_pretty(&scores).map_err(Failure::failed)?;
         println!("{text}");

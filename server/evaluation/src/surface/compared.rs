@@ -11,7 +11,6 @@ use super::{SURFACE_SAMPLES, finite_points};
 use crate::numpy_random::NumpyRandom;
 use crate::truth::Truth;
 use crate::{EvaluationError, Notes, trajectory};
-use recording::RecordingReader;
 use recording::export::read_ply;
 
 /// Model and truth after the last frame, in the world of the recording.
@@ -40,15 +39,11 @@ pub struct ComparedPoint {
 ///
 /// # Errors
 /// As [`crate::evaluate`].
-pub fn compared_surfaces(
-    results: &Path,
-    recording: &RecordingReader,
-) -> Result<Option<ComparedSurfaces>, EvaluationError> {
-    let truth = Truth::read(recording)?;
+pub fn compared_surfaces(results: &Path, truth: &Truth) -> Result<Option<ComparedSurfaces>, EvaluationError> {
     let mut notes = Notes::default();
     let Some(file) = notes.existing(results, "model.ply") else { return Ok(None) };
-    let Some(reference) = Reference::of(&truth)? else { return Ok(None) };
-    let (_, estimates) = trajectory::score(results, &truth, &mut notes)?;
+    let Some(reference) = Reference::of(truth)? else { return Ok(None) };
+    let (_, estimates) = trajectory::score(results, truth, &mut notes)?;
     let last = truth.last_frame();
     let truth_from_model =
         truth.world_from_camera(last).zip(estimates[last]).map(|(real, estimate)| real * estimate.inverse());

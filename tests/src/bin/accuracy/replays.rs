@@ -3,6 +3,7 @@
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
+use evaluation::Truth;
 use mis_slam::cli::progress::Progress;
 use mis_slam::config::Config;
 use mis_slam::replay::{self, Pace, ReplayOptions};
@@ -47,7 +48,7 @@ fn run_with(
     let directory = arguments.work.join(name);
     let report = replay(recording, &directory, &config)?;
     let reader = RecordingReader::open(recording, &config.recording)?;
-    let scores = evaluation::evaluate(&directory, &reader)?;
+    let scores = evaluation::evaluate(&directory, &Truth::read(&reader)?)?;
     let mut outcome = Outcome::of(&directory, scores, report)?;
     if let Some((first, last)) = row.view_depth_frames {
         let frames = first..=last;
