@@ -142,6 +142,34 @@ fn a_trace_shows_the_tracker_at_the_next_pair_while_the_gpu_has_one() {
 }
 
 #[test]
+fn the_benchmark_tells_what_each_stage_takes_and_what_can_be_expected() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("bench.json");
+    let mut command = process::program("mis-slam");
+    command.args(["bench", "--quick", "--profile", "cpu", "--json"]).arg(&file);
+    let printed = String::from_utf8(process::run(command).stdout).unwrap();
+    assert!(printed.contains("30 fps sessions") && printed.contains("warp solve"), "{printed}");
+    let report: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let [case] = &report["cases"].as_array().unwrap()[..] else { panic!("{report:#}") };
+    assert_eq!((&case["profile"], &case["width_px"]), (&"cpu".into(), &320.into()));
+    for side in ["tracker", "gpu"] {
+        let stages = case["stages"].as_array().unwrap().iter().filter(|stage| stage["side"] == side);
+        let share: f64 = stages.map(|stage| number(&stage["share"])).sum();
+        assert!((share - 1.0).abs() < 1e-9, "{side}: {share}");
+    }
+    for figure in ["pairs_per_s", "tracker_ms", "gpu_turn_ms", "cpu_ms", "gpu_mib", "surfels"] {
+        assert!(number(&case[figure]) > 0.0, "{figure}: {case:#}");
+    }
+}
+
+#[test]
+fn a_size_that_is_none_is_bad_usage() {
+    let mut command = process::program("mis-slam");
+    command.args(["bench", "--size", "640"]);
+    assert_eq!(process::run_any(command).status.code(), Some(2));
+}
+
+#[test]
 fn in_vivo_tissue_is_imported_tracked_and_fused() {
     let Some(hamlyn) = data::shared_data("hamlyn/6") else { return };
     let scratch = tempfile::tempdir().unwrap();

@@ -142,17 +142,16 @@ fn stages(case: &BenchCase) -> Table {
     let row = |side: &str, name: &str, ms: f64, share: f64| {
         [side.to_owned(), name.to_owned(), format!("{ms:.2}"), format!("{:.0} %", 100.0 * share)]
     };
-    let (shown, rest): (Vec<_>, Vec<_>) = case.stages.iter().partition(|stage| stage.share >= SHARE_MIN);
-    for stage in shown {
-        table.add_row(row(stage.side, stage.name, stage.median_ms, stage.share));
-    }
     for side in ["tracker", "gpu"] {
-        let others: Vec<_> = rest.iter().filter(|stage| stage.side == side).collect();
+        let of_side = case.stages.iter().filter(|stage| stage.side == side);
+        let (shown, others): (Vec<_>, Vec<_>) = of_side.partition(|stage| stage.share >= SHARE_MIN);
+        for stage in shown {
+            table.add_row(row(side, stage.name, stage.median_ms, stage.share));
+        }
         if !others.is_empty() {
-            let (ms, share) = others
-                .iter()
-                .fold((0.0, 0.0), |(ms, share), stage| (ms + stage.median_ms, share + stage.share));
-            table.add_row(row(side, &format!("{} others", others.len()), ms, share));
+            let ms = others.iter().map(|stage| stage.median_ms).sum();
+            let share = others.iter().map(|stage| stage.share).sum();
+            table.add_row(row(side, "all others", ms, share));
         }
     }
     table
