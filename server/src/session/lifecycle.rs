@@ -40,8 +40,6 @@ impl SourceId {
 pub enum Event {
     /// A pair was taken.
     PairTaken,
-    /// The source is there and has a reason to send nothing: a replay is paused.
-    SourceResting,
     /// A pair came and could not be used.
     PairUnusable(Reason),
     /// A source is gone; another one than the present is ignored.
@@ -196,7 +194,6 @@ impl Lifecycle {
                 self.heard_at = now;
                 self.fed = true;
             }
-            Event::SourceResting => self.heard_at = now,
             Event::PairUnusable(reason) => self.note_unusable(reason, now),
             Event::SourceLeft(source) if self.source.as_ref() == Some(&source) => {
                 self.played_out = source == SourceId::Replay;
@@ -254,7 +251,8 @@ impl Lifecycle {
             (Some(_), false) if self.unusable_at.is_empty() => {
                 (SessionStatus::Waiting, "the cart has sent no pair yet".into())
             }
-            (Some(_), _) if silence > self.config.source_silence() => (
+            // A recording may be paused, or wait for a slow reconstruction; it says when it ends.
+            (Some(source), _) if *source != SourceId::Replay && silence > self.config.source_silence() => (
                 SessionStatus::SourceLost,
                 format!("the cart is silent for over {} s", self.config.source_silence_s),
             ),
@@ -362,12 +360,12 @@ mod tests {
     }
 
     #[test]
-    fn a_paused_replay_is_no_lost_source() {
+    fn a_replay_that_is_paused_or_waits_for_a_slow_reconstruction_is_no_lost_source() {
         let mut clock = Clock(Instant::now());
         let mut session = Lifecycle::new(&config(), clock.0);
         session.join(SourceId::Replay, Claim::Polite, clock.after(0.1)).unwrap();
         session.handle(Event::PairTaken, clock.after(0.1));
-        session.handle(Event::SourceResting, clock.after(3.0));
+        session.handle(Event::Tick, clock.after(30.0));
         assert_eq!(session.status(), SessionStatus::Live);
         session.handle(Event::SourceLeft(SourceId::Replay), clock.after(0.1));
         assert!(session.text().contains("recording has ended"), "{}", session.text());

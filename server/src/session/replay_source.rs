@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 use protocol::v1::ReplayPosition;
 use recording::{Calibration, RecordingConfig, RecordingError, RecordingReader};
 
-use super::lifecycle::{Event, SourceId};
+use super::lifecycle::SourceId;
 use super::live::Session;
 use super::mailbox::Policy;
 use crate::convert;
 
-/// How often a paused replay says that it is there.
+/// How often a replay at rest says where it is, and looks whether anybody is there.
 const SIGN_OF_LIFE: Duration = Duration::from_millis(500);
 
 /// A recording opened for replay.
@@ -211,11 +211,7 @@ impl Feeder {
                 return Err(Pause::Seek(seek_ns));
             }
             if wanted.paused {
-                let sign = self.tell(|session| {
-                    session.hub().happen(Event::SourceResting);
-                    session.hub().set_replay(self.position(position_ns, false));
-                });
-                if !sign {
+                if !self.tell(|session| session.hub().set_replay(self.position(position_ns, false))) {
                     return Err(Pause::Stopped);
                 }
                 pace.forget();
