@@ -16,6 +16,8 @@ const PATCHES_LIMIT: u32 = 16_384;
 pub struct FlowConfig {
     /// The most patches: they lie on a grid that has no more; 0 follows none.
     pub patches_max: u32,
+    /// Frames after which patches are taken from a new picture.
+    pub keyframe_frames: u32,
     /// Half width of a patch, samples.
     pub radius: u32,
     /// Gauss-Newton steps at each of the three sample distances.
@@ -36,6 +38,7 @@ impl FlowConfig {
             ("dense.flow.reach_px", self.reach_px),
             ("dense.flow.misfit_max", self.misfit_max),
             ("dense.flow.steps", f64::from(self.steps)),
+            ("dense.flow.keyframe_frames", f64::from(self.keyframe_frames)),
         ];
         all_positive(&positive)?;
         let radius = self.radius;

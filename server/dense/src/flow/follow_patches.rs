@@ -7,19 +7,27 @@ use super::{FlowParts, FlowSettings};
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "follow_patches",
-    include_str!("follow_patches.wgsl"),
+    concat!(include_str!("follow_patches.wgsl"), include_str!("flow.wgsl")),
     &[Uniform, Uniform, Read, Read, Read, Read, ReadWrite],
 );
 
-/// Reads the last picture and this one, writes the first rows of the matches.
+/// Reads the keyframe and this picture, writes the first rows of the matches.
 pub(super) fn bind(
     gpu: &Gpu,
     settings: &GpuBuffer<FlowSettings>,
     parts: &FlowParts,
 ) -> Result<BoundKernel, GpuError> {
-    let before = parts.before;
+    let keyframe = parts.keyframe;
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
-        &[settings, parts.view, &before.view, &before.depth, &before.grey, parts.grey, &before.matches],
+        &[
+            settings,
+            parts.view,
+            &keyframe.depth,
+            &keyframe.grey,
+            &parts.observation.grey,
+            &keyframe.tissue.rows,
+            parts.matches,
+        ],
     )
 }

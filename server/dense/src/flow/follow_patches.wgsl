@@ -1,38 +1,20 @@
 #import view
 #import finite
-// Follows patches of tissue from the last picture to this one: where depth and poses of then and now put a patch is where
-// its search starts, and Gauss-Newton steps on the grey values (Lucas and Kanade; a difference of brightness is free) find
-// where it is. Patches that look like nothing, end nowhere, or are uncertain give no match. One invocation per patch.
-
-struct FlowSettings {
-    // the grid of patches, and the pixels from one to the next
-    columns: u32,
-    rows: u32,
-    spacing: u32,
-    // 0 where the last picture is not what the model shows
-    usable: u32,
-    // half width of a patch in samples
-    radius: i32,
-    // steps at each of the three sample distances
-    steps: u32,
-    // px: largest standard deviation of a match, and largest way from where it was expected
-    spread_max_px: f32,
-    reach_px: f32,
-    // grey levels: largest root mean square of what is left
-    misfit_max: f32,
-    padding_a: u32,
-    padding_b: u32,
-    padding_c: u32,
-}
+// Follows patches of tissue from the keyframe to this picture: where the warp up to now has carried a patch and its
+// neighbours is where its search starts and how it is distorted, and Gauss-Newton steps on the grey values (Lucas and
+// Kanade; differences of brightness and contrast are free) find where it is. Patches that look like nothing, end nowhere,
+// or are uncertain give no match. One invocation per patch.
 
 @group(0) @binding(0) var<uniform> settings: FlowSettings;
 @group(0) @binding(1) var<uniform> view: View;
-@group(0) @binding(2) var<storage, read> view_before: View;
-@group(0) @binding(3) var<storage, read> depth_before: array<f32>;
+// the keyframe's
+@group(0) @binding(2) var<storage, read> depth_before: array<f32>;
 // grey values, negative where a picture does not show the tissue
-@group(0) @binding(4) var<storage, read> grey_before: array<f32>;
-@group(0) @binding(5) var<storage, read> grey_now: array<f32>;
-// previous pixel, pixel; outside the picture where there is no match
+@group(0) @binding(3) var<storage, read> grey_before: array<f32>;
+@group(0) @binding(4) var<storage, read> grey_now: array<f32>;
+// per patch its place in world, m; w is 0 where it has none
+@group(0) @binding(5) var<storage, read> tissue: array<vec4<f32>>;
+// the keyframe's pixel, pixel; outside the picture where there is no match
 @group(0) @binding(6) var<storage, read_write> matches: array<vec4<f32>>;
 
 const NOWHERE = vec4<f32>(-2.0);
@@ -46,6 +28,15 @@ const STEP_SHARE = 0.03;
 const SLOPE_MAX = 1.5;
 // Variance of the noise that is taken to be in every picture.
 const NOISE = 1.0;
+// A patch is not distorted by more than this.
+const DISTORTION_MAX = 0.5;
+
+// Where a patch is looked for: pixels now per pixel of the keyframe, and the middle.
+struct Place {
+    known: bool,
+    distortion: mat2x2<f32>,
+    middle: vec2<f32>,
+}
 
 // One linearisation about a shift.
 struct Step {
@@ -93,12 +84,18 @@ fn now(at: vec2<f32>) -> f32 {
 }
 
 // `spread` pixels lie between the samples, and as many to both sides of one between the values of its gradient.
-fn linearise(centre: vec2<i32>, shift: vec2<f32>, spread: i32) -> Step {
+fn linearise(centre: vec2<i32>, place: Place, spread: i32) -> Step {
     let depth = depth_then(centre);
     var count = 0.0;
     var gradients = vec2<f32>(0.0);
     var error = 0.0;
     var square = 0.0;
+    // grey values about the middle's, their squares, and their products with error and gradient
+    let middle = then(centre);
+    var level = 0.0;
+    var levels = 0.0;
+    var level_error = 0.0;
+    var level_gradients = vec2<f32>(0.0);
     // xx, yy, xy
     var normal = vec3<f32>(0.0);
     var right = vec2<f32>(0.0);
@@ -112,7 +109,7 @@ fn linearise(centre: vec2<i32>, shift: vec2<f32>, spread: i32) -> Step {
             let was = then(at);
             let across = vec2<f32>(then(at - vec2<i32>(spread, 0)), then(at + vec2<i32>(spread, 0)));
             let down = vec2<f32>(then(at - vec2<i32>(0, spread)), then(at + vec2<i32>(0, spread)));
-            let is_now = now(vec2<f32>(at) + shift);
+            let is_now = now(place.middle + place.distortion * vec2<f32>(offset));
             if min(min(min(across.x, across.y), min(down.x, down.y)), min(was, is_now)) < 0.0 {
                 continue;
             }
@@ -122,6 +119,10 @@ fn linearise(centre: vec2<i32>, shift: vec2<f32>, spread: i32) -> Step {
             gradients += gradient;
             error += off;
             square += off * off;
+            level += was - middle;
+            levels += (was - middle) * (was - middle);
+            level_error += (was - middle) * off;
+            level_gradients += (was - middle) * gradient;
             normal += vec3<f32>(gradient * gradient, gradient.x * gradient.y);
             right += off * gradient;
         }
@@ -131,9 +132,18 @@ fn linearise(centre: vec2<i32>, shift: vec2<f32>, spread: i32) -> Step {
     if count < 0.7 * side * side {
         return step;
     }
-    // the mean difference of brightness is no motion's doing
+    // the mean difference of brightness is no motion's doing, nor is one in proportion to it
     normal -= vec3<f32>(gradients * gradients, gradients.x * gradients.y) / count;
     right -= gradients * (error / count);
+    square -= error * error / count;
+    levels -= level * level / count;
+    level_error -= level * error / count;
+    level_gradients -= gradients * (level / count);
+    if levels > NOISE * count {
+        normal -= vec3<f32>(level_gradients * level_gradients, level_gradients.x * level_gradients.y) / levels;
+        right -= level_gradients * (level_error / levels);
+        square -= level_error * level_error / levels;
+    }
     let determinant = normal.x * normal.y - normal.z * normal.z;
     let half = 0.5 * (normal.x + normal.y);
     step.contrast = half - sqrt(max(half * half - determinant, 0.0));
@@ -141,50 +151,80 @@ fn linearise(centre: vec2<i32>, shift: vec2<f32>, spread: i32) -> Step {
         return step;
     }
     let way = vec2<f32>(normal.z * right.y - normal.y * right.x, normal.z * right.x - normal.x * right.y) / determinant;
-    step.way = way * min(1.0, STEP_MAX * f32(spread) / max(length(way), 1e-6));
-    step.misfit = max(square - error * error / count, 0.0) / count;
+    step.way = place.distortion * (way * min(1.0, STEP_MAX * f32(spread) / max(length(way), 1e-6)));
+    step.misfit = max(square, 0.0) / count;
     step.usable = is_finite(step.way.x) && is_finite(step.way.y);
     return step;
 }
 
-// Where depth and poses put a pixel of the last picture; NOWHERE's first two where they do not know.
-fn expected(centre: vec2<i32>) -> vec2<f32> {
-    let depth = depth_then(centre);
-    if !is_finite(depth) || depth <= 0.0 {
+// Where the tissue of a patch is seen now; NOWHERE's first two where that is not known.
+fn seen_at(number: u32) -> vec2<f32> {
+    if tissue[number].w == 0.0 {
         return NOWHERE.xy;
     }
-    let point = transform_point(view_before.world_from_camera, ray(view.intrinsics, vec2<f32>(centre)) * depth);
-    let seen = transform_point(view.camera_from_world, point);
+    let seen = transform_point(view.camera_from_world, tissue[number].xyz);
     let at = project(view.intrinsics, seen);
     let known = all_finite(seen) && seen.z > 1e-4 && is_finite(at.x) && is_finite(at.y);
     return select(NOWHERE.xy, at, known && inside(vec2<i32>(round(at))));
 }
 
+// What a pixel of the keyframe has become along one direction, by the neighbours that lie on the same surface.
+fn stretched(centre: vec2<i32>, own: vec2<f32>, number: u32, neighbour: u32, sides: vec2<bool>, along: vec2<i32>) -> vec2<f32> {
+    let step = i32(settings.spacing) * along;
+    let depth = depth_then(centre);
+    var ahead = NOWHERE.xy;
+    if sides.y && on_surface(depth, centre + step, step) {
+        ahead = seen_at(number + neighbour);
+    }
+    var behind = NOWHERE.xy;
+    if sides.x && on_surface(depth, centre - step, -step) {
+        behind = seen_at(number - neighbour);
+    }
+    let first = select(behind, own, behind.x < -1.0);
+    let last = select(ahead, own, ahead.x < -1.0);
+    let steps = select(1.0, 0.0, behind.x < -1.0) + select(1.0, 0.0, ahead.x < -1.0);
+    let change = (last - first) / (max(steps, 1.0) * f32(settings.spacing));
+    let undistorted = vec2<f32>(along);
+    return select(undistorted, change, steps > 0.0 && distance(change, undistorted) < DISTORTION_MAX);
+}
+
+// Where the warp up to now has carried a patch.
+fn expected(number: u32, centre: vec2<i32>) -> Place {
+    let own = seen_at(number);
+    if own.x < -1.0 {
+        return Place(false, mat2x2<f32>(), own);
+    }
+    let column = number % settings.columns;
+    let row = number / settings.columns;
+    let across = stretched(centre, own, number, 1u, vec2<bool>(column > 0u, column + 1u < settings.columns), vec2<i32>(1, 0));
+    let down = stretched(centre, own, number, settings.columns, vec2<bool>(row > 0u, row + 1u < settings.rows), vec2<i32>(0, 1));
+    return Place(true, mat2x2<f32>(across, down), own);
+}
+
 // From coarse samples to fine ones.
-fn follow(centre: vec2<i32>) -> vec4<f32> {
-    let start = expected(centre);
-    if start.x < -1.0 {
+fn follow(number: u32, centre: vec2<i32>) -> vec4<f32> {
+    var place = expected(number, centre);
+    if !place.known {
         return NOWHERE;
     }
-    let first = start - vec2<f32>(centre);
-    var shift = first;
+    let first = place.middle;
     var last = Step(false, vec2<f32>(0.0), 0.0, 0.0);
     for (var spread = 4; spread >= 1; spread /= 2) {
         for (var i = 0u; i < settings.steps; i++) {
-            last = linearise(centre, shift, spread);
+            last = linearise(centre, place, spread);
             if !last.usable {
                 break;
             }
-            shift += last.way;
+            place.middle += last.way;
             if length(last.way) < SETTLED_PX {
                 break;
             }
         }
     }
-    let settled = last.usable && length(last.way) < 5.0 * SETTLED_PX && distance(shift, first) <= settings.reach_px;
+    let settled = last.usable && length(last.way) < 5.0 * SETTLED_PX && distance(place.middle, first) <= settings.reach_px;
     let fits = last.misfit <= settings.misfit_max * settings.misfit_max;
     let sure = last.misfit + NOISE <= settings.spread_max_px * settings.spread_max_px * last.contrast;
-    return select(NOWHERE, vec4<f32>(vec2<f32>(centre), vec2<f32>(centre) + shift), settled && fits && sure);
+    return select(NOWHERE, vec4<f32>(vec2<f32>(centre), place.middle), settled && fits && sure);
 }
 
 @compute @workgroup_size(64)
@@ -192,11 +232,10 @@ fn follow_patches(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= settings.columns * settings.rows {
         return;
     }
-    let cell = vec2<u32>(id.x % settings.columns, id.x / settings.columns);
-    let centre = vec2<i32>(cell * settings.spacing + settings.spacing / 2u);
+    let centre = patch_centre(id.x);
     var found = NOWHERE;
     if settings.usable != 0u && inside(centre) {
-        found = follow(centre);
+        found = follow(id.x, centre);
     }
     matches[id.x] = found;
 }

@@ -1,6 +1,7 @@
 //! Patches of tissue followed from picture to picture: the matches of `E_corr` (design: section 7), as many as there are
 //! textured places, to a fraction of a pixel. The paper takes those of ORB alone, which are a few hundred and whole pixels
-//! off where tissue deforms; across the line of sight nothing else holds the model to the tissue.
+//! off where tissue deforms; across the line of sight nothing else holds the model to the tissue. Patches are those of a
+//! keyframe: from one picture to the next their small errors would add up.
 //!
 //! # Cost
 //!
@@ -11,17 +12,21 @@ mod config;
 mod follow_patches;
 #[cfg(test)]
 mod follow_patches_oracle;
+mod keyframe;
+mod lift_patches;
 
 pub use config::FlowConfig;
+pub(crate) use keyframe::Keyframe;
 
 use bytemuck::{Pod, Zeroable};
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 
+use crate::Observation;
+use crate::store::Row;
 use crate::view::GpuView;
-use crate::warp_solver::FrameBefore;
 
 /// The kernels of this folder.
-pub(crate) const KERNELS: [KernelDeclaration; 1] = [follow_patches::DECLARATION];
+pub(crate) const KERNELS: [KernelDeclaration; 2] = [follow_patches::DECLARATION, lift_patches::DECLARATION];
 
 /// `FlowSettings` of the WGSL.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -63,10 +68,14 @@ impl FlowSettings {
 pub(crate) struct FlowParts<'a> {
     /// The tracker's view of this frame.
     pub view: &'a GpuBuffer<GpuView>,
-    /// Grey values of this frame.
-    pub grey: &'a GpuBuffer<f32>,
-    /// The frame before; its first matches are written.
-    pub before: &'a FrameBefore,
+    /// The same, corrected by the warp's solve.
+    pub refined: &'a GpuBuffer<GpuView>,
+    /// Grey values and depth of this frame.
+    pub observation: &'a Observation,
+    /// Where patches come from.
+    pub keyframe: &'a Keyframe,
+    /// The first rows are written: the keyframe's pixel, and the pixel.
+    pub matches: &'a GpuBuffer<Row>,
 }
 
 /// The patches, bound to a frame's buffers.
@@ -74,23 +83,23 @@ pub(crate) struct FlowParts<'a> {
 pub(crate) struct PatchFlow {
     settings: FlowSettings,
     uniform: GpuBuffer<FlowSettings>,
-    kernel: BoundKernel,
+    follow: BoundKernel,
+    lift: BoundKernel,
 }
 
 impl PatchFlow {
-    /// For images of `size`.
-    pub fn new(
-        gpu: &Gpu,
-        config: &FlowConfig,
-        size: (u32, u32),
-        parts: &FlowParts,
-    ) -> Result<Self, GpuError> {
-        let settings = FlowSettings::new(config, size);
+    pub fn new(gpu: &Gpu, config: &FlowConfig, parts: &FlowParts) -> Result<Self, GpuError> {
+        let settings = FlowSettings::new(config, (parts.observation.width, parts.observation.height));
         let uniform = gpu.uniform("flow settings", &settings)?;
-        Ok(Self { kernel: follow_patches::bind(gpu, &uniform, parts)?, settings, uniform })
+        Ok(Self {
+            follow: follow_patches::bind(gpu, &uniform, parts)?,
+            lift: lift_patches::bind(gpu, &uniform, parts)?,
+            settings,
+            uniform,
+        })
     }
 
-    /// Says whether the last picture is what the model was made to fit; before the submission.
+    /// Says whether there is a keyframe to follow patches from; before the submission.
     pub fn prepare(&mut self, gpu: &Gpu, usable: bool) -> Result<(), GpuError> {
         self.settings.usable = u32::from(usable);
         gpu.write(&self.uniform, 0, &[self.settings])
@@ -98,7 +107,21 @@ impl PatchFlow {
 
     /// Records the search.
     pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), GpuError> {
-        let patches = self.settings.columns * self.settings.rows;
-        frame.stage("flow", |stage| stage.run(&self.kernel, [patches, 1, 1]))
+        frame.stage("flow", |stage| stage.run(&self.follow, [self.patches(), 1, 1]))
+    }
+
+    /// Records that this frame's picture is the keyframe of the next ones, as the model shows it now.
+    pub fn record_keyframe(
+        &self,
+        frame: &mut FrameRecorder,
+        keyframe: &Keyframe,
+        observation: &Observation,
+    ) -> Result<(), GpuError> {
+        keyframe.record_copy(frame, observation)?;
+        frame.stage("flow", |stage| stage.run(&self.lift, [self.patches(), 1, 1]))
+    }
+
+    fn patches(&self) -> u32 {
+        self.settings.columns * self.settings.rows
     }
 }

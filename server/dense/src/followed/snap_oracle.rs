@@ -48,10 +48,10 @@ fn snapping_agrees_with_its_oracle() {
     let shown = Shown {
         view: &buffers.view,
         index_scale: &buffers.index_scale,
-        slots: &buffers.index_map.slots,
+        index_map: &buffers.index_map,
         surfels: &buffers.store,
     };
-    let snap = snap_points::bind(gpu, &shown, &followed.settings, &followed.points).unwrap();
+    let snap = snap_points::bind(gpu, &shown, &followed.carried.settings, &followed.carried.rows).unwrap();
     let slots = fixture.settings.slots;
     let splat = SplatSettings { slots, scale: 1, stable_only: 0, reach_max: 16.0, forget_before: 0, tick: 0 };
     let timer = StageTimer::new(gpu, 4).unwrap();

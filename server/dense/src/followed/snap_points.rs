@@ -27,7 +27,7 @@ pub(super) fn bind(
             shown.view,
             shown.index_scale,
             settings,
-            shown.slots,
+            &shown.index_map.slots,
             &surfels.geometry,
             &surfels.orientation,
             &surfels.history,

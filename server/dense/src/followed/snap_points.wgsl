@@ -40,6 +40,6 @@ fn snap_points(@builtin(global_invocation_id) id: vec3<u32>) {
     let off = dot(normal, point - surfel.xyz);
     let moved = point - off * normal;
     if all_finite(moved) && abs(off) < NEAR_M && distance(moved, surfel.xyz) < RADII * surfel.w {
-        points[id.x] = vec4<f32>(moved, 0.0);
+        points[id.x] = vec4<f32>(moved, points[id.x].w);
     }
 }

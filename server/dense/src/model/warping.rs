@@ -5,7 +5,7 @@ use gpu::{FrameRecorder, Gpu, GpuError, Readback};
 use nalgebra::Point3;
 
 use super::FrameBuffers;
-use crate::flow::{FlowParts, PatchFlow};
+use crate::flow::{FlowParts, Keyframe, PatchFlow};
 use crate::followed::{FollowedPoints, PointPasses, Shown};
 use crate::node_graph::{ALIVE_NODES, GraphSettings, NodeGraph, NodeStore};
 use crate::slam::Correspondence;
@@ -50,6 +50,7 @@ pub(super) struct Warping {
     config: DenseConfig,
     nodes: NodeStore,
     before: FrameBefore,
+    keyframe: Keyframe,
     solver: SolverBuffers,
     node_state: Readback<u32>,
     solver_state: Readback<SolverState>,
@@ -66,6 +67,7 @@ pub(super) struct BoundWarp {
     surfels: SurfelWarp,
     nodes: NodeWarp,
     points: PointPasses,
+    patches: PointPasses,
     flow: PatchFlow,
     solver: WarpSolver,
 }
@@ -76,7 +78,8 @@ impl Warping {
         let size = (observation.width, observation.height);
         let settings = SolverSettings::new(&config.warp, size);
         let nodes = NodeStore::new(gpu, &config.nodes)?;
-        let before = FrameBefore::new(gpu, observation, config)?;
+        let keyframe = Keyframe::new(gpu, observation, config)?;
+        let before = FrameBefore::new(gpu, observation, keyframe.patches, &config.warp)?;
         let room = (nodes.capacity() as usize, before.matches.len());
         let solver = SolverBuffers::new(gpu, &settings, &config.warp, room)?;
         Ok(Self {
@@ -87,6 +90,7 @@ impl Warping {
             followed: FollowedPoints::new(gpu, GraphSettings::new(&config.nodes))?,
             config: config.clone(),
             nodes,
+            keyframe,
             solver,
             matches: 0,
             last_solved: 0,
@@ -120,22 +124,29 @@ impl Warping {
             surfels,
             nodes,
             before: &self.before,
+            tissue: &self.keyframe.tissue.rows,
             results: &buffers.results,
         };
-        let flow = FlowParts { view: &buffers.view, grey: &buffers.observation.grey, before: &self.before };
-        let size = (buffers.observation.width, buffers.observation.height);
+        let flow = FlowParts {
+            view: &buffers.view,
+            refined: &self.solver.refined,
+            observation: &buffers.observation,
+            keyframe: &self.keyframe,
+            matches: &self.before.matches,
+        };
         let shown = Shown {
             view: &buffers.view,
             index_scale: &buffers.index_scale,
-            slots: &buffers.index_map.slots,
+            index_map: &buffers.index_map,
             surfels,
         };
         Ok(BoundWarp {
             points: self.followed.bind(gpu, nodes, &shown)?,
+            patches: self.keyframe.tissue.bind(gpu, nodes, &shown)?,
             graph: NodeGraph::new(gpu, nodes, surfels)?,
             surfels: SurfelWarp::new(gpu, &parts)?,
             nodes: NodeWarp::new(gpu, &nodes.rows, &nodes.transforms, &nodes.travelled)?,
-            flow: PatchFlow::new(gpu, &self.config.flow, size, &flow)?,
+            flow: PatchFlow::new(gpu, &self.config.flow, &flow)?,
             solver: WarpSolver::new(gpu, &solver, &self.solver, &self.config.warp)?,
         })
     }
@@ -193,7 +204,7 @@ impl Warping {
         let graph = GraphSettings { surfels, frame, tick, ..GraphSettings::new(&self.config.nodes) };
         gpu.write(&self.nodes.settings, 0, &[graph])?;
         let matches = std::mem::take(&mut self.matches);
-        bound.flow.prepare(gpu, continues)?;
+        bound.flow.prepare(gpu, self.keyframe.advance(continues))?;
         bound.solver.prepare(gpu, self.before.patches + matches, 2 * self.last_solved + ROOM_TO_SPARE)
     }
 
@@ -209,6 +220,7 @@ impl Warping {
         frame.copy(&self.solver.refined, &buffers.view, 1)?;
         bound.surfels.record(frame, surfels)?;
         self.followed.record_warp(frame, &bound.points)?;
+        bound.patches.record_warp(frame, self.keyframe.patches)?;
         bound.nodes.record(frame)
     }
 
@@ -223,8 +235,11 @@ impl Warping {
         if !self.is_rigid() {
             bound.graph.record(frame, surfels)?;
             frame.copy(&buffers.observation.depth, &self.before.depth, self.before.depth.len())?;
-            frame.copy(&buffers.observation.grey, &self.before.grey, self.before.grey.len())?;
             frame.copy(&self.solver.refined, &self.before.view, 1)?;
+            if self.keyframe.is_due() {
+                bound.flow.record_keyframe(frame, &self.keyframe, &buffers.observation)?;
+            }
+            bound.patches.record_snap(frame, self.keyframe.patches)?;
         }
         self.node_state.fetch(frame, &self.nodes.state, 0);
         self.solver_state.fetch(frame, &self.solver.state, 0);

@@ -10,7 +10,7 @@ pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     concat!(include_str!("bind_residuals.wgsl"), include_str!("solver.wgsl")),
     &[
         Uniform, Uniform, Uniform, Uniform, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read,
-        ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite,
+        Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite, ReadWrite,
     ],
 );
 
@@ -34,6 +34,7 @@ pub(super) fn bind(gpu: &Gpu, parts: &SolverParts, solver: &SolverBuffers) -> Re
             &parts.before.matches,
             &parts.before.depth,
             &parts.before.view,
+            parts.tissue,
             &solver.anchors,
             &solver.weights,
             &solver.points,

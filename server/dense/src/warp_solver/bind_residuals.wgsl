@@ -24,18 +24,20 @@
 @group(0) @binding(12) var<storage, read> matches: array<vec4<f32>>;
 @group(0) @binding(13) var<storage, read> depth_before: array<f32>;
 @group(0) @binding(14) var<storage, read> view_before: View;
-@group(0) @binding(15) var<storage, read_write> anchors: array<vec4<u32>>;
-@group(0) @binding(16) var<storage, read_write> weights: array<vec4<f32>>;
+// per patch its place in world, m; w is 0 where it has none
+@group(0) @binding(15) var<storage, read> tissue: array<vec4<f32>>;
+@group(0) @binding(16) var<storage, read_write> anchors: array<vec4<u32>>;
+@group(0) @binding(17) var<storage, read_write> weights: array<vec4<f32>>;
 // model point in world (m), 1 for data, 2 for a match, 0 for none
-@group(0) @binding(17) var<storage, read_write> points: array<vec4<f32>>;
+@group(0) @binding(18) var<storage, read_write> points: array<vec4<f32>>;
 // data: the surfel's normal in world
-@group(0) @binding(18) var<storage, read_write> normals: array<vec4<f32>>;
+@group(0) @binding(19) var<storage, read_write> normals: array<vec4<f32>>;
 // match: the plane in the camera, normal and offset (mm)
-@group(0) @binding(19) var<storage, read_write> planes: array<vec4<f32>>;
+@group(0) @binding(20) var<storage, read_write> planes: array<vec4<f32>>;
 // match: weight and Huber's threshold
-@group(0) @binding(20) var<storage, read_write> robust: array<vec2<f32>>;
-@group(0) @binding(21) var<storage, read_write> node_counts: array<atomic<u32>>;
-@group(0) @binding(22) var<storage, read_write> places: array<vec4<u32>>;
+@group(0) @binding(21) var<storage, read_write> robust: array<vec2<f32>>;
+@group(0) @binding(22) var<storage, read_write> node_counts: array<atomic<u32>>;
+@group(0) @binding(23) var<storage, read_write> places: array<vec4<u32>>;
 
 // The surfel that a pixel shows, NO_NODE where none.
 fn surfel_at(pixel: vec2<u32>) -> u32 {
@@ -122,15 +124,21 @@ fn matched_point(previous: vec2<f32>) -> vec4<f32> {
 // Three residuals: along the new pixel's ray, where depth is uncertain, and across it twice.
 fn attach_match(number: u32) {
     let pair = matches[number];
-    let point = matched_point(pair.xy);
-    if point.w == 0.0 || !inside(pair.zw) {
+    let of_patch = number < settings.patches;
+    var point = vec4<f32>(0.0);
+    if of_patch {
+        point = tissue[number];
+    } else {
+        point = matched_point(pair.xy);
+    }
+    if point.w == 0.0 || !all_finite(point.xyz) || !inside(pair.zw) {
         return;
     }
     let pixel = nearest_pixel(pair.zw);
     if settings.hold_out != 0u && is_held_out(pixel) {
         return;
     }
-    let weight = select(settings.w_corr, settings.w_flow, number < settings.patches);
+    let weight = select(settings.w_corr, settings.w_flow, of_patch);
     let index = pixel.y * view.size.x + pixel.x;
     let spread = max(sigma_z[index] / settings.reference_sigma_m, 1.0);
     if !is_finite(depth[index]) || depth[index] <= 0.0 || !is_finite(spread) {
@@ -141,7 +149,6 @@ fn attach_match(number: u32) {
     let across = normalize(cross(along, vec3<f32>(0.0, 1.0, 0.0)));
     let directions = array<vec3<f32>, 3>(along, across, cross(along, across));
     let first = settings.columns * settings.rows + 3u * number;
-    // its point is finite: see `matched_point`
     let binding = bind_to_nodes(point.xyz);
     for (var i = 0u; i < 3u; i++) {
         let relative = select(1.0, spread, i == 0u);

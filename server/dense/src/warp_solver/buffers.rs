@@ -3,11 +3,11 @@
 use gpu::{FrameRecorder, Gpu, GpuBuffer, GpuError};
 
 use super::{SolverSettings, SolverState, WarpConfig};
+use crate::Observation;
 use crate::index_map::IndexMap;
 use crate::node_graph::{EDGES, NodeStore};
 use crate::store::{Bits, Row, SurfelStore};
 use crate::view::GpuView;
-use crate::{DenseConfig, Observation};
 
 /// Invocations that sum over all residuals; as in `solver.wgsl`.
 const PARTIALS: usize = 512;
@@ -28,6 +28,8 @@ pub(crate) struct SolverParts<'a> {
     pub surfels: &'a SurfelStore,
     pub nodes: &'a NodeStore,
     pub before: &'a FrameBefore,
+    /// Where the tissue of each patch is: `Keyframe::tissue`.
+    pub tissue: &'a GpuBuffer<Row>,
     /// Counts and verdict of the frame.
     pub results: &'a GpuBuffer<u32>,
 }
@@ -37,11 +39,9 @@ pub(crate) struct SolverParts<'a> {
 pub(crate) struct FrameBefore {
     /// Depth then, m.
     pub depth: GpuBuffer<f32>,
-    /// Grey values then.
-    pub grey: GpuBuffer<f32>,
     /// Corrected view then.
     pub view: GpuBuffer<GpuView>,
-    /// Previous pixel and pixel of each match: first those of the patches, then those of the tracker.
+    /// Earlier pixel and pixel of each match: first those of the patches, then those of the tracker.
     pub matches: GpuBuffer<Row>,
     /// How many are of patches.
     pub patches: u32,
@@ -49,14 +49,16 @@ pub(crate) struct FrameBefore {
 
 impl FrameBefore {
     /// For pictures like `observation`; to be cleared before use.
-    pub fn new(gpu: &Gpu, observation: &Observation, config: &DenseConfig) -> Result<Self, GpuError> {
-        let (_, [columns, rows]) = config.flow.grid((observation.width, observation.height));
-        let patches = columns * rows;
+    pub fn new(
+        gpu: &Gpu,
+        observation: &Observation,
+        patches: u32,
+        config: &WarpConfig,
+    ) -> Result<Self, GpuError> {
         Ok(Self {
             depth: gpu.storage("depth before", observation.depth.len())?,
-            grey: gpu.storage("grey before", observation.grey.len())?,
             view: gpu.storage("view before", 1)?,
-            matches: gpu.storage("matches", (patches + config.warp.matches_max).max(1) as usize)?,
+            matches: gpu.storage("matches", (patches + config.matches_max).max(1) as usize)?,
             patches,
         })
     }
@@ -64,7 +66,6 @@ impl FrameBefore {
     /// Knows of no frame.
     pub fn clear(&self, frame: &mut FrameRecorder) {
         frame.clear(&self.depth);
-        frame.clear(&self.grey);
         frame.clear(&self.view);
     }
 }

@@ -78,7 +78,7 @@ impl Scene {
         let buffers = FrameBuffers::new(&gpu, &rig, &observation, store, &config).unwrap();
         let nodes = NodeStore::new(&gpu, &config.nodes).unwrap();
         let graph = NodeGraph::new(&gpu, &nodes, &buffers.store).unwrap();
-        let before = FrameBefore::new(&gpu, &observation, &config).unwrap();
+        let before = FrameBefore::new(&gpu, &observation, 0, &config.warp).unwrap();
         let surfels = WIDTH * HEIGHT;
         let scene = Self { gpu, view, observation, buffers, nodes, graph, before, config, surfels };
         scene.upload(&mut Numbers::new(seed));
@@ -156,6 +156,7 @@ impl Scene {
     }
 
     fn solver(&self) -> WarpSolver {
+        let no_tissue = self.gpu.storage("no tissue", 1).unwrap();
         let parts = SolverParts {
             view: &self.buffers.view,
             index_scale: &self.buffers.index_scale,
@@ -164,6 +165,7 @@ impl Scene {
             surfels: &self.buffers.store,
             nodes: &self.nodes,
             before: &self.before,
+            tissue: &no_tissue,
             results: &self.buffers.results,
         };
         let settings = SolverSettings::new(&self.config.warp, (WIDTH, HEIGHT));

@@ -1,0 +1,27 @@
+// What the kernels of this folder share.
+struct FlowSettings {
+    // the grid of patches, and the pixels from one to the next
+    columns: u32,
+    rows: u32,
+    spacing: u32,
+    // 0 where the last picture is not what the model shows
+    usable: u32,
+    // half width of a patch in samples
+    radius: i32,
+    // steps at each of the three sample distances
+    steps: u32,
+    // px: largest standard deviation of a match, and largest way from where it was expected
+    spread_max_px: f32,
+    reach_px: f32,
+    // grey levels: largest root mean square of what is left
+    misfit_max: f32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
+}
+
+// The pixel in the middle of a patch.
+fn patch_centre(number: u32) -> vec2<i32> {
+    let cell = vec2<u32>(number % settings.columns, number / settings.columns);
+    return vec2<i32>(cell * settings.spacing + settings.spacing / 2u);
+}

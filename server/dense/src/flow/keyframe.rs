@@ -1,0 +1,114 @@
+//! The picture that patches are followed from.
+
+use gpu::{FrameRecorder, Gpu, GpuBuffer, GpuError};
+
+use crate::followed::CarriedPoints;
+use crate::node_graph::GraphSettings;
+use crate::{DenseConfig, Observation};
+
+/// An earlier picture, and the tissue that each of its patches shows.
+#[derive(Debug)]
+pub(crate) struct Keyframe {
+    /// Depth then, m.
+    pub depth: GpuBuffer<f32>,
+    /// Grey values then, negative where the picture does not show the tissue.
+    pub grey: GpuBuffer<f32>,
+    /// Where the tissue of each patch is now; the fourth value is 1 where there is some.
+    pub tissue: CarriedPoints,
+    /// How many patches there are.
+    pub patches: u32,
+    renew_frames: u32,
+    age: Age,
+}
+
+/// How many frames ago the keyframe was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Age {
+    /// There is none.
+    None,
+    Frames(u32),
+}
+
+impl Keyframe {
+    /// For pictures like `observation`; none is held yet.
+    pub fn new(gpu: &Gpu, observation: &Observation, config: &DenseConfig) -> Result<Self, GpuError> {
+        let (_, [columns, rows]) = config.flow.grid((observation.width, observation.height));
+        let patches = columns * rows;
+        let settings = GraphSettings { surfels: patches, ..GraphSettings::new(&config.nodes) };
+        Ok(Self {
+            depth: gpu.storage("keyframe depth", observation.depth.len())?,
+            grey: gpu.storage("keyframe grey", observation.grey.len())?,
+            tissue: CarriedPoints::new(gpu, patches.max(1) as usize, &settings)?,
+            patches,
+            renew_frames: config.flow.keyframe_frames,
+            age: Age::None,
+        })
+    }
+
+    /// Goes on to the next frame; `fused` says whether the last one was, as else the picture taken there is not what the
+    /// model shows. Whether patches can be followed from the keyframe.
+    pub fn advance(&mut self, fused: bool) -> bool {
+        let held = match self.age {
+            Age::Frames(0) if !fused => Age::None,
+            age => age,
+        };
+        self.age = match held {
+            Age::Frames(age) if age + 1 < self.renew_frames => Age::Frames(age + 1),
+            _ => Age::Frames(0),
+        };
+        held != Age::None
+    }
+
+    /// Whether this frame's picture becomes the keyframe.
+    pub fn is_due(&self) -> bool {
+        self.age == Age::Frames(0)
+    }
+
+    /// Takes this frame's picture.
+    pub fn record_copy(&self, frame: &mut FrameRecorder, observation: &Observation) -> Result<(), GpuError> {
+        frame.copy(&observation.depth, &self.depth, self.depth.len())?;
+        frame.copy(&observation.grey, &self.grey, self.grey.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Keyframe;
+    use crate::Observation;
+    use crate::testing::{config, gpu};
+
+    fn keyframe(keyframe_frames: u32) -> Keyframe {
+        let gpu = gpu();
+        let mut config = config();
+        config.flow.keyframe_frames = keyframe_frames;
+        Keyframe::new(&gpu, &Observation::new(&gpu, 40, 30).unwrap(), &config).unwrap()
+    }
+
+    #[test]
+    fn a_keyframe_is_taken_at_once_and_renewed_after_its_time() {
+        let mut keyframe = keyframe(3);
+        let steps: Vec<(bool, bool)> = (0..8).map(|_| (keyframe.advance(true), keyframe.is_due())).collect();
+        assert_eq!(
+            steps,
+            [
+                (false, true),
+                (true, false),
+                (true, false),
+                (true, true),
+                (true, false),
+                (true, false),
+                (true, true),
+                (true, false)
+            ]
+        );
+    }
+
+    #[test]
+    fn a_keyframe_taken_of_a_frame_that_was_not_fused_is_taken_anew() {
+        let mut keyframe = keyframe(3);
+        assert!(!keyframe.advance(true));
+        assert!(!keyframe.advance(false) && keyframe.is_due());
+        assert!(keyframe.advance(true) && !keyframe.is_due());
+        assert!(keyframe.advance(false), "an older one stays");
+    }
+}
