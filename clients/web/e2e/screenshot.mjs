@@ -74,26 +74,53 @@ export async function viewPicture(page) {
 }
 
 /**
- * How many colours the middle of the 3-D view has, of 16 steps a channel; 0 on a page without one.
+ * Whether the 3-D view shows something: in its middle it has more colours than its background. False on a page
+ * without a 3-D view.
  * @param {import('playwright-core').Page} page
  */
-export async function colorsInView(page) {
+export async function notBlank(page) {
   const canvas = page.locator('.stage canvas');
   const box = (await canvas.count()) > 0 ? await canvas.boundingBox() : null;
-  if (box === null) return 0;
+  if (box === null) return false;
   const middle = {
     x: Math.round(0.25 * box.width),
     y: Math.round(0.3 * box.height),
     width: Math.round(0.5 * box.width),
     height: Math.round(0.4 * box.height),
   };
-  return countColors(page, await viewPicture(page), middle);
+  return (await countColors(page, await viewPicture(page), middle)) > BACKGROUND_COLORS;
 }
 
+/** Levels of 255 by which a pixel is another. */
+const CHANGE_LEVELS = 24;
+
 /**
- * Whether the 3-D view shows something: in its middle it has more colours than its background.
+ * Share of the pixels that differ between two pictures of one size; decoded by the browser that took them.
  * @param {import('playwright-core').Page} page
+ * @param {Buffer} before
+ * @param {Buffer} after
+ * @returns {Promise<number>}
  */
-export async function notBlank(page) {
-  return (await colorsInView(page)) > BACKGROUND_COLORS;
+export function changedShare(page, before, after) {
+  return page.evaluate(
+    async ({ pictures, levels }) => {
+      const pixels = await Promise.all(
+        pictures.map(async (base64) => {
+          const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+          const bitmap = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+          const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+          context?.drawImage(bitmap, 0, 0);
+          return context?.getImageData(0, 0, bitmap.width, bitmap.height).data ?? new Uint8ClampedArray();
+        }),
+      );
+      const [first = new Uint8ClampedArray(), second = new Uint8ClampedArray()] = pixels;
+      let changed = 0;
+      for (let i = 0; i < first.length; i += 4) {
+        const off = [0, 1, 2].some((c) => Math.abs((first[i + c] ?? 0) - (second[i + c] ?? 0)) > levels);
+        changed += off ? 1 : 0;
+      }
+      return changed / Math.max(first.length / 4, 1);
+    },
+    { pictures: [before, after].map((picture) => picture.toString('base64')), levels: CHANGE_LEVELS },
+  );
 }
