@@ -149,8 +149,7 @@ impl SurfelModel {
     /// # Errors
     /// [`DenseError::Gpu`].
     pub fn set_matches(&mut self, matches: &[Correspondence]) -> Result<(), DenseError> {
-        // after a frame that was not fused, what is kept of it is not what they start from
-        let usable = if self.counts.rejected_in_row == 0 { matches } else { &[] };
+        let usable = if self.continues() { matches } else { &[] };
         Ok(self.warping.set_matches(&self.gpu, usable)?)
     }
 
@@ -168,6 +167,11 @@ impl SurfelModel {
     /// [`DenseError::Gpu`].
     pub fn followed(&self) -> Result<Vec<(u32, Point3<f64>)>, DenseError> {
         Ok(self.warping.followed(&self.gpu)?)
+    }
+
+    /// Whether the last frame was fused: else what is kept of it is not what matches and patches start from.
+    fn continues(&self) -> bool {
+        self.counts.rejected_in_row == 0
     }
 
     /// Makes room and sets the frame's camera and settings; call it before [`SurfelModel::record`].
@@ -188,7 +192,8 @@ impl SurfelModel {
             u32::from(counts.rejected_in_row >= self.config.rejection.frames_in_row_max);
         self.gpu.write(&self.bound.buffers.settings, 0, &[self.settings])?;
         let tick = (counts.slots, frame_index, counts.frames);
-        self.warping.prepare(&self.gpu, &mut self.bound.warp, tick, counts.rejected_in_row == 0)?;
+        let continues = self.continues();
+        self.warping.prepare(&self.gpu, &mut self.bound.warp, tick, continues)?;
         self.tracked = *world_from_camera;
         Ok(())
     }
