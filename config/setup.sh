@@ -59,7 +59,15 @@ no_rust() { say "install Rust from https://rustup.rs (or your distribution, 1.95
 has_compiler() { have cc; }
 install_compiler() { apt_install gcc libc6-dev; }
 
-has_vulkan_loader() { ldconfig -p 2>/dev/null | grep -q 'libvulkan\.so\.1' || /sbin/ldconfig -p | grep -q 'libvulkan\.so\.1'; }
+# Whether the linker finds a library. The whole list is read first: a pipe that grep leaves early
+# fails under pipefail where ldconfig is still writing.
+has_library() {
+    local known
+    known=$(PATH="$PATH:/sbin" ldconfig -p)
+    grep -qF "$1" <<<"$known"
+}
+
+has_vulkan_loader() { has_library libvulkan.so.1; }
 install_vulkan_loader() { apt_install libvulkan1; }
 
 # Any driver will do; without a GPU's own driver the software one (lavapipe) is installed.
@@ -97,7 +105,7 @@ install_xvfb() { apt_install xvfb; }
 has_x11_libraries() {
     local library
     for library in libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
-        /sbin/ldconfig -p | grep -q "$library" || return 1
+        has_library "$library" || return 1
     done
 }
 install_x11_libraries() { apt_install libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0; }
