@@ -26,7 +26,7 @@ use gpu::{
 use crate::config::PublishConfig;
 use crate::node_graph::{NodeFinder, NodeStore};
 use crate::store::{RecordRow, Surfel, SurfelStore};
-use crate::warp::{SurfelWarp, WarpParts};
+use crate::warp::{StirredCells, SurfelWarp, WarpParts};
 use settings::PublishSettings;
 
 /// The kernels of this folder.
@@ -82,6 +82,7 @@ pub(crate) struct Publisher {
     node_slots: u32,
     encode: BoundKernel,
     finder: NodeFinder,
+    stirred: StirredCells,
     warp: SurfelWarp,
     follow: BoundKernel,
     compare: BoundKernel,
@@ -117,10 +118,12 @@ impl Publisher {
             orientation: &store.held.orientation,
             state: &store.held.rest,
         };
+        let stirred = StirredCells::new(gpu, &warp)?;
         Ok(Self {
             encode: encode_warp::bind(gpu, &settings, nodes, held_nodes)?,
             finder: NodeFinder::new(gpu, &nodes.settings, &held_nodes.rows, &held_nodes.hash)?,
-            warp: SurfelWarp::new(gpu, &warp)?,
+            warp: SurfelWarp::new(gpu, &warp, &stirred)?,
+            stirred,
             follow: follow_nodes::bind(gpu, &settings, nodes, held_nodes)?,
             compare: compare_published::bind(gpu, &settings, store, (changed, &worst))?,
             emit: emit_changes::bind(gpu, &settings, store, (changed, &records))?,
@@ -175,6 +178,7 @@ impl Publisher {
     fn record_warp(&self, frame: &mut FrameRecorder, slots: u32) -> Result<(), GpuError> {
         frame.stage("change set", |stage| stage.run(&self.encode, [self.node_slots, 1, 1]))?;
         self.finder.record(frame)?;
+        self.stirred.record(frame)?;
         self.warp.record(frame, slots)?;
         frame.stage("change set", |stage| stage.run(&self.follow, [self.node_slots, 1, 1]))
     }

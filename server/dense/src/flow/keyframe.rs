@@ -18,15 +18,8 @@ pub(crate) struct Keyframe {
     /// How many patches there are.
     pub patches: u32,
     renew_frames: u32,
-    age: Age,
-}
-
-/// How many frames ago the keyframe was taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Age {
-    /// There is none.
-    None,
-    Frames(u32),
+    /// Frames since it was taken.
+    age: Option<u32>,
 }
 
 impl Keyframe {
@@ -41,27 +34,21 @@ impl Keyframe {
             tissue: CarriedPoints::new(gpu, patches.max(1) as usize, &settings)?,
             patches,
             renew_frames: config.flow.keyframe_frames,
-            age: Age::None,
+            age: None,
         })
     }
 
     /// Goes on to the next frame; `fused` says whether the last one was, as else the picture taken there is not what the
     /// model shows. Whether patches can be followed from the keyframe.
     pub fn advance(&mut self, fused: bool) -> bool {
-        let held = match self.age {
-            Age::Frames(0) if !fused => Age::None,
-            age => age,
-        };
-        self.age = match held {
-            Age::Frames(age) if age + 1 < self.renew_frames => Age::Frames(age + 1),
-            _ => Age::Frames(0),
-        };
-        held != Age::None
+        let held = self.age.filter(|&age| fused || age > 0);
+        self.age = Some(held.map_or(0, |age| (age + 1) % self.renew_frames));
+        held.is_some()
     }
 
     /// Whether this frame's picture becomes the keyframe.
     pub fn is_due(&self) -> bool {
-        self.age == Age::Frames(0)
+        self.age == Some(0)
     }
 
     /// Takes this frame's picture.

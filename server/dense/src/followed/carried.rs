@@ -7,7 +7,7 @@ use crate::index_map::IndexMap;
 use crate::node_graph::{GraphSettings, NodeStore};
 use crate::store::{Bits, Row, SurfelStore};
 use crate::view::GpuView;
-use crate::warp::{SurfelWarp, WarpParts};
+use crate::warp::{StirredCells, SurfelWarp, WarpParts};
 
 /// The points, and what the warp of surfels wants to know of them.
 #[derive(Debug)]
@@ -51,7 +51,13 @@ impl CarriedPoints {
         gpu.write(&self.settings, 0, &[settings])
     }
 
-    pub fn bind(&self, gpu: &Gpu, nodes: &NodeStore, shown: &Shown) -> Result<PointPasses, GpuError> {
+    /// The passes for points that the warp of `nodes` moves where `stirred` is marked.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        (nodes, stirred): (&NodeStore, &StirredCells),
+        shown: &Shown,
+    ) -> Result<PointPasses, GpuError> {
         let parts = WarpParts {
             settings: &self.settings,
             rows: &nodes.rows,
@@ -62,7 +68,7 @@ impl CarriedPoints {
             state: &self.state,
         };
         let snap = snap_points::bind(gpu, shown, &self.settings, &self.rows)?;
-        Ok(PointPasses { warp: SurfelWarp::new(gpu, &parts)?, snap })
+        Ok(PointPasses { warp: SurfelWarp::new(gpu, &parts, stirred)?, snap })
     }
 }
 

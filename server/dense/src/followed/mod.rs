@@ -15,6 +15,7 @@ use nalgebra::Point3;
 
 use crate::node_graph::{GraphSettings, NodeStore};
 use crate::store::Row;
+use crate::warp::StirredCells;
 
 /// The kernels of this folder.
 pub(crate) const KERNELS: [KernelDeclaration; 1] = [snap_points::DECLARATION];
@@ -36,8 +37,14 @@ impl FollowedPoints {
         Ok(Self { ids: Vec::new(), carried: CarriedPoints::new(gpu, POINTS_MAX, &none)? })
     }
 
-    pub fn bind(&self, gpu: &Gpu, nodes: &NodeStore, shown: &Shown) -> Result<PointPasses, GpuError> {
-        self.carried.bind(gpu, nodes, shown)
+    /// As [`CarriedPoints::bind`].
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        warp: (&NodeStore, &StirredCells),
+        shown: &Shown,
+    ) -> Result<PointPasses, GpuError> {
+        self.carried.bind(gpu, warp, shown)
     }
 
     /// Takes up points in the model's present shape, world coordinates, metres; those beyond the room are left out.

@@ -11,7 +11,7 @@ use crate::node_graph::{ALIVE_NODES, GraphSettings, NodeGraph, NodeStore};
 use crate::slam::Correspondence;
 use crate::store::{Bits, Row};
 use crate::view::GpuView;
-use crate::warp::{NodeWarp, SurfelWarp, WarpParts};
+use crate::warp::{NodeWarp, StirredCells, SurfelWarp, WarpParts};
 use crate::warp_solver::{FrameBefore, SolverBuffers, SolverParts, SolverSettings, SolverState, WarpSolver};
 use crate::{DenseConfig, Observation};
 
@@ -64,6 +64,7 @@ pub(super) struct Warping {
 #[derive(Debug)]
 pub(super) struct BoundWarp {
     graph: NodeGraph,
+    stirred: StirredCells,
     surfels: SurfelWarp,
     nodes: NodeWarp,
     points: PointPasses,
@@ -140,11 +141,13 @@ impl Warping {
             index_map: &buffers.index_map,
             surfels,
         };
+        let stirred = StirredCells::new(gpu, &parts)?;
         Ok(BoundWarp {
-            points: self.followed.bind(gpu, nodes, &shown)?,
-            patches: self.keyframe.tissue.bind(gpu, nodes, &shown)?,
+            points: self.followed.bind(gpu, (nodes, &stirred), &shown)?,
+            patches: self.keyframe.tissue.bind(gpu, (nodes, &stirred), &shown)?,
             graph: NodeGraph::new(gpu, nodes, surfels)?,
-            surfels: SurfelWarp::new(gpu, &parts)?,
+            surfels: SurfelWarp::new(gpu, &parts, &stirred)?,
+            stirred,
             nodes: NodeWarp::new(gpu, &nodes.rows, &nodes.transforms, &nodes.travelled)?,
             flow: PatchFlow::new(gpu, &self.config.flow, &flow)?,
             solver: WarpSolver::new(gpu, &solver, &self.solver, &self.config.warp)?,
@@ -218,6 +221,7 @@ impl Warping {
         bound.flow.record(frame)?;
         bound.solver.record(frame)?;
         frame.copy(&self.solver.refined, &buffers.view, 1)?;
+        bound.stirred.record(frame)?;
         bound.surfels.record(frame, surfels)?;
         self.followed.record_warp(frame, &bound.points)?;
         bound.patches.record_warp(frame, self.keyframe.patches)?;

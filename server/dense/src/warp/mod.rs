@@ -35,33 +35,44 @@ pub(crate) struct WarpParts<'a> {
     pub state: &'a GpuBuffer<Bits>,
 }
 
-/// The warp of surfels, bound to its parts.
+/// The cells that a warp reaches, marked once for all that it moves.
 #[derive(Debug)]
-pub(crate) struct SurfelWarp {
+pub(crate) struct StirredCells {
     stir: BoundKernel,
-    surfels: BoundKernel,
-    stirred: GpuBuffer<u32>,
+    /// 1 where a bucket of the hash has such a cell.
+    marks: GpuBuffer<u32>,
     node_slots: u32,
 }
 
-impl SurfelWarp {
+impl StirredCells {
+    /// For the nodes and the warp of `parts`.
     pub fn new(gpu: &Gpu, parts: &WarpParts) -> Result<Self, GpuError> {
-        let stirred = gpu.storage("stirred cells", parts.hash.heads.len())?;
-        Ok(Self {
-            stir: stir_cells::bind(gpu, parts, &stirred)?,
-            surfels: move_surfels::bind(gpu, parts, &stirred)?,
-            stirred,
-            node_slots: parts.rows.len() as u32,
-        })
+        let marks = gpu.storage("stirred cells", parts.hash.heads.len())?;
+        Ok(Self { stir: stir_cells::bind(gpu, parts, &marks)?, marks, node_slots: parts.rows.len() as u32 })
     }
 
-    /// Records the movement of the first `slots` surfels: 2 dispatches. The nodes stay where they are.
+    /// Records the marks, before whatever is moved by this warp: 1 dispatch.
+    pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), GpuError> {
+        frame.clear(&self.marks);
+        frame.stage("warp", |stage| stage.run(&self.stir, [self.node_slots, 1, 1]))
+    }
+}
+
+/// The warp of surfels, bound to its parts.
+#[derive(Debug)]
+pub(crate) struct SurfelWarp {
+    surfels: BoundKernel,
+}
+
+impl SurfelWarp {
+    /// Moves what `parts` name where `stirred`, of the same nodes and warp, is marked.
+    pub fn new(gpu: &Gpu, parts: &WarpParts, stirred: &StirredCells) -> Result<Self, GpuError> {
+        Ok(Self { surfels: move_surfels::bind(gpu, parts, &stirred.marks)? })
+    }
+
+    /// Records the movement of the first `slots` surfels: 1 dispatch. The nodes stay where they are.
     pub fn record(&self, frame: &mut FrameRecorder, slots: u32) -> Result<(), GpuError> {
-        frame.clear(&self.stirred);
-        frame.stage("warp", |stage| {
-            stage.run(&self.stir, [self.node_slots, 1, 1])?;
-            stage.run(&self.surfels, [slots, 1, 1])
-        })
+        frame.stage("warp", |stage| stage.run(&self.surfels, [slots, 1, 1]))
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use gpu::{FrameRecorder, Gpu, StageTimer};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{NodeWarp, SurfelWarp, WarpParts};
+use super::{NodeWarp, StirredCells, SurfelWarp, WarpParts};
 use crate::node_graph::{GraphSettings, NodeFinder, NodeStore, OracleNode, bind};
 use crate::store::{Bits, Row, SurfelStore};
 use crate::testing::{Numbers, config, gpu};
@@ -87,11 +87,13 @@ impl Bench {
         let SurfelStore { geometry, orientation, history, .. } = &self.surfels;
         let parts = WarpParts { settings, rows, hash, transforms, geometry, orientation, state: history };
         let finder = NodeFinder::new(&self.gpu, settings, rows, hash).unwrap();
-        let surfels = SurfelWarp::new(&self.gpu, &parts).unwrap();
+        let stirred = StirredCells::new(&self.gpu, &parts).unwrap();
+        let surfels = SurfelWarp::new(&self.gpu, &parts, &stirred).unwrap();
         let nodes = NodeWarp::new(&self.gpu, rows, transforms, travelled).unwrap();
         let timer = StageTimer::new(&self.gpu, 4).unwrap();
         let mut frame = FrameRecorder::begin(&self.gpu, &timer);
         finder.record(&mut frame).unwrap();
+        stirred.record(&mut frame).unwrap();
         surfels.record(&mut frame, SURFELS as u32).unwrap();
         nodes.record(&mut frame).unwrap();
         frame.submit().collect().unwrap();
