@@ -6,7 +6,8 @@ import type { Browser, Page } from 'playwright-core';
 import type { PageStatus } from '../src/page_status';
 import { launchChromium } from './chromium.mjs';
 import { FakeServer } from './fake_server';
-import { TIMEOUT_MS, untilOn } from './until';
+import { untilOn } from './until';
+import { openWatched } from './watched_page';
 
 const MCAP = Buffer.concat([Buffer.from([0x89]), Buffer.from('MCAP0\r\n'), Buffer.alloc(5000)]);
 
@@ -22,11 +23,7 @@ after(() => browser.close());
 
 beforeEach(async () => {
   server = await FakeServer.start({ surfels: 1000, epochsPerS: 2 });
-  page = await browser.newPage({ viewport: { width: 640, height: 480 } });
-  page.setDefaultTimeout(TIMEOUT_MS);
-  consoleErrors = [];
-  page.on('console', (message) => message.type() === 'error' && consoleErrors.push(message.text()));
-  page.on('pageerror', (error) => consoleErrors.push(String(error)));
+  ({ page, consoleErrors } = await openWatched(browser));
 });
 afterEach(async () => {
   await page.close();

@@ -6,7 +6,8 @@ import type { PageStatus } from '../src/page_status';
 import { launchChromium } from './chromium.mjs';
 import { FakeServer } from './fake_server';
 import { notBlank } from './screenshot.mjs';
-import { TIMEOUT_MS, untilOn } from './until';
+import { untilOn } from './until';
+import { openWatched } from './watched_page';
 
 let browser: Browser;
 let server: FakeServer;
@@ -20,11 +21,7 @@ after(() => browser.close());
 
 beforeEach(async () => {
   server = await FakeServer.start({ surfels: 10_000, epochsPerS: 5 });
-  page = await browser.newPage({ viewport: { width: 640, height: 480 } });
-  page.setDefaultTimeout(TIMEOUT_MS);
-  consoleErrors = [];
-  page.on('console', (message) => message.type() === 'error' && consoleErrors.push(message.text()));
-  page.on('pageerror', (error) => consoleErrors.push(String(error)));
+  ({ page, consoleErrors } = await openWatched(browser));
 });
 afterEach(async () => {
   await page.close();
@@ -59,7 +56,8 @@ test('the place of a picture is kept while there is none', async () => {
   const empty = { ...server.session.summary(), surfels: 0 };
   await page.route('**/api/sessions', (route) => route.fulfill({ json: [empty] }));
   await page.goto(server.url);
-  const place = await page.locator('.thumbnail').boundingBox();
+  const open = page.getByRole('link', { name: 'phantom-1' });
+  const place = await open.locator('.thumbnail').boundingBox();
   assert.ok(place !== null && place.width > 80 && place.height > 60, JSON.stringify(place));
   assert.equal(server.picturesServed, 0);
   assert.deepEqual(consoleErrors, []);
