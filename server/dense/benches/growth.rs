@@ -13,7 +13,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dense::{DenseConfig, Observation, SurfelModel};
+use dense::{DenseConfig, Observation, SurfelModel, TrackedCamera};
 use geometry::{Pinhole, Pose, StereoRig};
 use gpu::{AdapterSelection, FrameRecorder, Gpu};
 
@@ -49,8 +49,9 @@ impl Bench {
 
     /// Fuses a frame before one place of the wall; the time of each stage.
     fn fuse(&mut self, place: u32) -> BTreeMap<&'static str, f64> {
-        let at = Pose::translation(STEP_M * f64::from(place % 64), STEP_M * f64::from(place / 64), 0.0);
-        self.model.prepare(self.frame, &at).unwrap();
+        let world_from_camera =
+            Pose::translation(STEP_M * f64::from(place % 64), STEP_M * f64::from(place / 64), 0.0);
+        self.model.prepare(self.frame, &TrackedCamera { world_from_camera, at_rest: false }).unwrap();
         let mut frame = FrameRecorder::begin(&self.gpu, self.model.timer());
         self.model.record(&mut frame).unwrap();
         let times = frame.submit().collect().unwrap();

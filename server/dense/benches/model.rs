@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dense::{Coloring, DenseConfig, EncodingSteps, Observation, SurfelModel, View};
+use dense::{Coloring, DenseConfig, EncodingSteps, Observation, SurfelModel, TrackedCamera, View};
 use geometry::{Pinhole, Pose, StereoRig};
 use gpu::{AdapterSelection, FrameRecorder, Gpu};
 
@@ -59,7 +59,8 @@ fn main() {
     for index in 0..frames {
         let camera_x_m = 0.02 * (f64::from(index) * 0.2).sin();
         upload(&gpu, &observation, &rig, camera_x_m);
-        model.prepare(index, &Pose::translation(camera_x_m, 0.0, 0.0)).unwrap();
+        let world_from_camera = Pose::translation(camera_x_m, 0.0, 0.0);
+        model.prepare(index, &TrackedCamera { world_from_camera, at_rest: false }).unwrap();
         let mut frame = FrameRecorder::begin(&gpu, model.timer());
         model.record(&mut frame).unwrap();
         let frame_times = frame.submit().collect().unwrap();

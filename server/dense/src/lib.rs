@@ -3,6 +3,7 @@
 //! [`DenseSlam`] takes stereo pairs and poses. Inside, [`Observation`] is what disparity and preprocessing say of one stereo pair; [`SurfelModel`] fuses it under the
 //! tracker's pose. Folders are named by the stages of a frame.
 
+mod bend;
 mod change_set;
 mod compaction;
 mod config;
@@ -28,6 +29,7 @@ mod view;
 mod warp;
 mod warp_solver;
 
+pub use bend::FrameCorrection;
 pub use change_set::{ChangeSet, EncodingSteps, NodePlace, TransformCodes, WarpChanges};
 pub use config::{ColorConfig, DenseConfig, FusionConfig, PublishConfig, RejectionConfig};
 pub use error::DenseError;
@@ -36,7 +38,7 @@ pub use model::{DiscardReason, FusionReport, Node, SurfelModel, WarpReport, kern
 pub use node_graph::NodeConfig;
 pub use observation::Observation;
 pub use render::{BACKGROUND, Coloring, Rendering, render_surfels};
-pub use slam::{Correspondence, DenseFrame, DenseSlam, StepReport};
+pub use slam::{Correspondence, DenseFrame, DenseSlam, StepReport, TrackedCamera};
 pub use statistics::{BackProjection, HeldOut};
 pub use store::{ModelArrays, Surfel};
 pub use view::View;

@@ -12,8 +12,8 @@ use crate::model::{DiscardReason, FusionReport, SurfelModel};
 use crate::preprocess::{Preprocess, SurfaceStage};
 use crate::render::{BACKGROUND, Coloring};
 use crate::{
-    BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, ModelArrays, Observation, Rendering,
-    Surfel, View,
+    BackProjection, ChangeSet, DenseConfig, DenseError, EncodingSteps, FrameCorrection, ModelArrays,
+    Observation, Rendering, Surfel, View,
 };
 
 /// A rectified pair and what the tracker says of it.
@@ -33,8 +33,18 @@ pub struct DenseFrame<'a> {
     pub disparity_drift_px: f64,
     /// Points of tissue that the tracker found in the last fused frame and again in this one.
     pub correspondences: &'a [Correspondence],
-    /// The tracker's pose, `None` while it is lost: then only the depth is found.
-    pub world_from_camera: Option<&'a Pose>,
+    /// Where the tracker says the camera is, `None` while it is lost: then only the depth is found.
+    pub camera: Option<TrackedCamera>,
+}
+
+/// The tracker's word on the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackedCamera {
+    /// Its pose.
+    pub world_from_camera: Pose,
+    /// Whether it is sure that the camera has not moved. Then whatever moved is tissue, and the pose is not corrected: a
+    /// strong pull on the tissue would else be taken for the camera's motion in part.
+    pub at_rest: bool,
 }
 
 /// A point of tissue in the left images of the last fused frame and of this one.
@@ -99,9 +109,9 @@ impl DenseSlam {
         let model = SurfelModel::new(gpu.clone(), rig, &observation, dense)?;
         let preprocess = Preprocess::new(&gpu, size, disparity)?;
         let range = DisparityRange::of_rig(&rig, disparity)?;
-        let disparity = DisparityStage::new(&gpu, &preprocess, range, disparity)?;
-        let surface = SurfaceStage::new(&gpu, &rig, &preprocess, &disparity, &observation)?;
-        Ok(Self { gpu, rig, preprocess, disparity, surface, observation, model })
+        let found = DisparityStage::new(&gpu, &preprocess, range, disparity)?;
+        let surface = SurfaceStage::new(&gpu, &rig, &preprocess, &found, &observation, disparity)?;
+        Ok(Self { gpu, rig, preprocess, disparity: found, surface, observation, model })
     }
 
     /// The rig that the model was made for.
@@ -120,13 +130,13 @@ impl DenseSlam {
         self.preprocess.record(&mut recorder)?;
         self.disparity.record(&mut recorder)?;
         self.surface.record(&mut recorder)?;
-        if frame.world_from_camera.is_some() {
+        if frame.camera.is_some() {
             self.model.record(&mut recorder)?;
         }
         let submitted = recorder.submit();
         drop(recording);
         let times = trace_span!("wait for GPU").in_scope(|| submitted.collect())?;
-        let read_back = || frame.world_from_camera.map(|_| self.model.finish()).transpose();
+        let read_back = || frame.camera.map(|_| self.model.finish()).transpose();
         let fusion = trace_span!("read results").in_scope(read_back)?;
         Ok(self.report(fusion, times))
     }
@@ -135,9 +145,9 @@ impl DenseSlam {
     fn upload(&mut self, frame: &DenseFrame) -> Result<(), DenseError> {
         self.preprocess.upload(&self.gpu, frame.left, frame.right, frame.mask)?;
         self.surface.set_drift(&self.gpu, frame.disparity_drift_px)?;
-        if let Some(world_from_camera) = frame.world_from_camera {
+        if let Some(camera) = &frame.camera {
             self.model.set_matches(frame.correspondences)?;
-            self.model.prepare(frame.index, world_from_camera)?;
+            self.model.prepare(frame.index, camera)?;
         }
         Ok(())
     }
@@ -165,6 +175,24 @@ impl DenseSlam {
     /// [`DenseError::Gpu`].
     pub fn followed(&self) -> Result<Vec<(u32, Point3<f64>)>, DenseError> {
         self.model.followed()
+    }
+
+    /// Takes the model along with a correction of the tracker's map; as [`SurfelModel::bend`]. Poses of later frames are
+    /// those of the corrected world.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn bend(&mut self, corrections: &[FrameCorrection]) -> Result<(), DenseError> {
+        self.model.bend(corrections)
+    }
+
+    /// Forgets the model, for a world in which nothing is where it was. New surfels have ids from 0 on.
+    ///
+    /// # Errors
+    /// As [`SurfelModel::new`].
+    pub fn restart(&mut self) -> Result<(), DenseError> {
+        self.model = SurfelModel::new(self.gpu.clone(), self.rig, &self.observation, self.model.config())?;
+        Ok(())
     }
 
     /// The changes of the stable model since the last call, as `steps` encode them.

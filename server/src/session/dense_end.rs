@@ -5,7 +5,7 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use dense::disparity::{DisparityConfig, DisparityRange};
-use dense::{DenseError, DenseFrame, DenseSlam, StepReport};
+use dense::{DenseError, DenseFrame, DenseSlam, StepReport, TrackedCamera};
 use geometry::viewpoint::Bounds;
 use geometry::{Mask, Pose, Rgb, StereoRig};
 use gpu::{Clock, Gpu, GpuError};
@@ -34,7 +34,7 @@ pub(super) struct DenseJob {
     pub quality: FrameQuality,
     pub disparity_drift_px: f64,
     pub features: Vec<NumberedFeature>,
-    pub world_from_camera: Option<Pose>,
+    pub camera: Option<TrackedCamera>,
 }
 
 /// A pair as the rectified rig sees it.
@@ -172,7 +172,7 @@ impl DenseEnd {
                 // The journal does not hold the drift; it is below a pixel.
                 disparity_drift_px: 0.0,
                 correspondences: &[],
-                world_from_camera: Some(&world_from_camera),
+                camera: Some(TrackedCamera { world_from_camera, at_rest: false }),
             })?;
         }
         Ok(())
@@ -219,7 +219,7 @@ impl DenseEnd {
             mask: job.pair.mask.as_ref(),
             disparity_drift_px: job.disparity_drift_px,
             correspondences: &self.last_fused.join(&job.features),
-            world_from_camera: job.world_from_camera.as_ref(),
+            camera: job.camera,
         })?;
         if report.fused {
             self.last_fused.replace(&job.features);
@@ -228,7 +228,7 @@ impl DenseEnd {
             stamp_ns: job.pair.stamp_ns,
             sequence: job.pair.sequence,
             quality: job.quality,
-            world_from_camera: report.world_from_camera.or(job.world_from_camera),
+            world_from_camera: report.world_from_camera.or(job.camera.map(|camera| camera.world_from_camera)),
             report,
             dense_ms: milliseconds_since(started),
         };

@@ -8,11 +8,13 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use dense::disparity::DisparityConfig;
-use dense::{DenseConfig, DenseError, DenseSlam, StepReport};
+use dense::{DenseConfig, DenseError, DenseSlam, StepReport, TrackedCamera};
 use geometry::{GeometryError, Gray, Mask, Pose, Rgb, StereoRig};
 use recording::Calibration;
 use tracing::trace_span;
-use tracking::{MappingPace, StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport};
+use tracking::{
+    MappingPace, PoseSource, StereoFrame, Tracker, TrackingConfig, TrackingError, TrackingReport,
+};
 
 use super::correspondences::numbered;
 use super::dense_end::{DenseEnd, DenseJob, RectifiedPair, run_dense};
@@ -300,7 +302,9 @@ impl FrontEnd {
         let tracking_ms = milliseconds_since(started);
 
         let (stamp_ns, sequence) = (pair.stamp_ns, pair.sequence);
-        let world_from_camera = report.world_from_camera.filter(|_| quality.allows_fusion());
+        let camera = report.world_from_camera.filter(|_| quality.allows_fusion()).map(|world_from_camera| {
+            TrackedCamera { world_from_camera, at_rest: report.source == Some(PoseSource::Standstill) }
+        });
         let policy = pair.policy;
         let left = Arc::new(pair.left);
         let pair = RectifiedPair {
@@ -312,7 +316,7 @@ impl FrontEnd {
         };
         let disparity_drift_px = report.drift.disparity_px;
         let features = numbered(&report.features);
-        let job = DenseJob { index, pair, quality, disparity_drift_px, features, world_from_camera };
+        let job = DenseJob { index, pair, quality, disparity_drift_px, features, camera };
         let handed_over = trace_span!("hand over").in_scope(|| jobs.offer_by(policy, job));
         let superseded_dense = handed_over == Offer::Superseded;
         Ok(TrackedPair {

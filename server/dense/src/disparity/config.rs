@@ -33,6 +33,8 @@ pub struct DisparityConfig {
     pub dark_level: u32,
     /// Instrument masks are widened by this.
     pub mask_margin_px: u32,
+    /// Largest angle between the line of sight and a surface's normal.
+    pub incidence_max_deg: f64,
     /// Memory for the volumes of costs; larger images are matched in bands.
     pub volume_mib: u32,
     /// Rows by which bands overlap to each side.
@@ -204,6 +206,9 @@ impl DisparityConfig {
         )?;
         let volume = f64::from(self.volume_mib);
         require(self.volume_mib > 0, "disparity.volume_mib", volume, "above 0")?;
+        let incidence = self.incidence_max_deg;
+        let is_acute = incidence > 0.0 && incidence <= 90.0;
+        require(is_acute, "disparity.incidence_max_deg", incidence, "above 0 and at most 90")?;
         self.sgm.check()?;
         self.elas.check()?;
         self.narrow.check()?;

@@ -6,7 +6,7 @@ mod warping;
 
 pub(crate) use buffers::{FrameBuffers, checked_pixels};
 pub use report::{DiscardReason, FusionReport};
-use warping::{BoundWarp, Warping};
+use warping::{BoundWarp, SinceLast, Warping};
 pub use warping::{Node, WarpReport};
 
 use std::sync::Arc;
@@ -22,13 +22,13 @@ use crate::fusion::{Fusion, FusionSettings, HISTOGRAM, RESULTS};
 use crate::index_map::SplatSettings;
 use crate::node_graph::GraphSettings;
 use crate::render::{self, Coloring, Paint, Rendering};
-use crate::slam::Correspondence;
+use crate::slam::{Correspondence, TrackedCamera};
 use crate::statistics::Statistics;
 use crate::store::{ModelArrays, Surfel, SurfelStore};
 use crate::tone::{self, ToneFit};
 use crate::{
-    DenseError, Observation, View, change_set, compaction, disparity, flow, followed, fusion, index_map,
-    node_graph, preprocess, statistics, warp, warp_solver,
+    DenseError, FrameCorrection, Observation, View, bend, change_set, compaction, disparity, flow, followed,
+    fusion, index_map, node_graph, preprocess, statistics, warp, warp_solver,
 };
 
 /// Largest half width of a disc in the index map, pixels.
@@ -40,7 +40,7 @@ const SEED_STEP: u32 = 0x9E37_79B9;
 
 /// All kernels of this crate.
 pub fn kernels() -> Vec<KernelDeclaration> {
-    let folders: [&[KernelDeclaration]; 12] = [
+    let folders: [&[KernelDeclaration]; 13] = [
         &index_map::KERNELS,
         &statistics::KERNELS,
         &tone::KERNELS,
@@ -53,6 +53,7 @@ pub fn kernels() -> Vec<KernelDeclaration> {
         &flow::KERNELS,
         &warp_solver::KERNELS,
         &followed::KERNELS,
+        &bend::KERNELS,
     ];
     let mut all = folders.concat();
     all.extend(disparity::kernels());
@@ -99,6 +100,8 @@ pub struct SurfelModel {
     warping: Warping,
     held_nodes: HeldNodes,
     tracked: Pose,
+    /// That of the last frame, corrected.
+    refined: Pose,
     timer: StageTimer,
 }
 
@@ -129,6 +132,7 @@ impl SurfelModel {
             warping,
             held_nodes,
             tracked: Pose::identity(),
+            refined: Pose::identity(),
             settings: FusionSettings::new(
                 config,
                 buffers::focal_baseline(&rig),
@@ -169,6 +173,27 @@ impl SurfelModel {
         Ok(self.warping.followed(&self.gpu)?)
     }
 
+    /// Takes the model along with a correction of the map: what was last seen in a frame goes with the world of that
+    /// frame. Corrections are of ascending frames, the last one that of the camera. A rigid model stays as it is.
+    ///
+    /// # Errors
+    /// [`DenseError::Gpu`].
+    pub fn bend(&mut self, corrections: &[FrameCorrection]) -> Result<(), DenseError> {
+        let Some(last) = corrections.last().filter(|_| !self.warping.is_rigid()) else { return Ok(()) };
+        let slots = self.counts.slots;
+        let view = View { pinhole: self.rig.left, world_from_camera: last.after_from_before * self.refined };
+        self.warping.prepare_bend(&self.gpu, slots, corrections, view)?;
+        let Bound { buffers, warp, .. } = &self.bound;
+        let mut frame = FrameRecorder::begin(&self.gpu, &self.timer);
+        self.warping.record_bend(&mut frame, warp, slots)?;
+        // what the camera sees may be what it did not see before
+        buffers.index_map.visible.forget(&mut frame);
+        frame.submit().collect()?;
+        self.refined = view.world_from_camera;
+        self.tracked = last.after_from_before * self.tracked;
+        Ok(())
+    }
+
     /// Whether the last frame was fused: else what is kept of it is not what matches and patches start from.
     fn continues(&self) -> bool {
         self.counts.rejected_in_row == 0
@@ -178,9 +203,9 @@ impl SurfelModel {
     ///
     /// # Errors
     /// [`DenseError::Gpu`].
-    pub fn prepare(&mut self, frame_index: u32, world_from_camera: &Pose) -> Result<(), DenseError> {
+    pub fn prepare(&mut self, frame_index: u32, camera: &TrackedCamera) -> Result<(), DenseError> {
         self.make_room()?;
-        let view = View { pinhole: self.rig.left, world_from_camera: *world_from_camera };
+        let view = View { pinhole: self.rig.left, world_from_camera: self.first_pose(camera) };
         self.gpu.write(&self.bound.buffers.view, 0, &[view.to_gpu()])?;
         let counts = &self.counts;
         self.settings.slots = counts.slots;
@@ -192,10 +217,17 @@ impl SurfelModel {
             u32::from(counts.rejected_in_row >= self.config.rejection.frames_in_row_max);
         self.gpu.write(&self.bound.buffers.settings, 0, &[self.settings])?;
         let tick = (counts.slots, frame_index, counts.frames);
-        let continues = self.continues();
-        self.warping.prepare(&self.gpu, &mut self.bound.warp, tick, continues)?;
-        self.tracked = *world_from_camera;
+        let since = SinceLast { continues: self.continues(), at_rest: camera.at_rest };
+        self.warping.prepare(&self.gpu, &mut self.bound.warp, tick, since)?;
+        self.tracked = camera.world_from_camera;
         Ok(())
+    }
+
+    /// Where the solve begins. A camera at rest keeps the last frame's correction too.
+    fn first_pose(&self, camera: &TrackedCamera) -> Pose {
+        let correction =
+            if camera.at_rest { self.tracked.inverse() * self.refined } else { Pose::identity() };
+        camera.world_from_camera * correction
     }
 
     /// Records index map, statistics and fusion behind whatever writes the observation.
@@ -241,6 +273,7 @@ impl SurfelModel {
         let results = self.results.read(&self.gpu)?;
         let wanted = self.lifted.read(&self.gpu)?[0];
         let warp = self.warping.finish(&self.gpu, &self.tracked)?;
+        self.refined = warp.world_from_camera;
         let before = self.surfel_counts();
         let report = FusionReport::new(&results, before, (wanted, &self.settings), warp, &self.config);
         let counts = &mut self.counts;
@@ -306,6 +339,11 @@ impl SurfelModel {
         let store = (&self.bound.buffers.store, self.counts.slots);
         let paint = Paint { coloring, weight_max: self.config.fusion.weight_max, background };
         render::render(&self.gpu, &self.timer, store, view, paint)
+    }
+
+    /// The options it was made with.
+    pub fn config(&self) -> &DenseConfig {
+        &self.config
     }
 
     /// The timer for the model's frames.

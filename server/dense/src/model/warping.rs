@@ -5,6 +5,7 @@ use gpu::{FrameRecorder, Gpu, GpuError, Readback};
 use nalgebra::Point3;
 
 use super::FrameBuffers;
+use crate::bend::{Bend, Corrections};
 use crate::flow::{FlowParts, Keyframe, PatchFlow};
 use crate::followed::{FollowedPoints, PointPasses, Shown};
 use crate::node_graph::{ALIVE_NODES, GraphSettings, NodeGraph, NodeStore};
@@ -12,8 +13,10 @@ use crate::slam::Correspondence;
 use crate::store::{Bits, Row};
 use crate::view::GpuView;
 use crate::warp::{NodeWarp, StirredCells, SurfelWarp, WarpParts};
-use crate::warp_solver::{FrameBefore, SolverBuffers, SolverParts, SolverSettings, SolverState, WarpSolver};
-use crate::{DenseConfig, Observation};
+use crate::warp_solver::{
+    FrameBefore, Solve, SolverBuffers, SolverParts, SolverSettings, SolverState, WarpSolver,
+};
+use crate::{DenseConfig, FrameCorrection, Observation, View};
 
 /// Nodes that a frame may solve beyond twice those of the last one.
 const ROOM_TO_SPARE: u32 = 256;
@@ -50,6 +53,7 @@ pub(super) struct Warping {
     config: DenseConfig,
     nodes: NodeStore,
     before: FrameBefore,
+    corrections: Corrections,
     keyframe: Keyframe,
     solver: SolverBuffers,
     node_state: Readback<u32>,
@@ -60,9 +64,19 @@ pub(super) struct Warping {
     last_solved: u32,
 }
 
+/// What is known of the time since the frame before.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SinceLast {
+    /// Whether that frame was fused.
+    pub continues: bool,
+    /// Whether the camera stayed where it was.
+    pub at_rest: bool,
+}
+
 /// The deformation bound to the present surfel arrays.
 #[derive(Debug)]
 pub(super) struct BoundWarp {
+    bend: Bend,
     graph: NodeGraph,
     stirred: StirredCells,
     surfels: SurfelWarp,
@@ -85,6 +99,7 @@ impl Warping {
         let solver = SolverBuffers::new(gpu, &settings, &config.warp, room)?;
         Ok(Self {
             before,
+            corrections: Corrections::new(gpu)?,
             node_state: Readback::new(gpu, "node state read", nodes.state.len())?,
             solver_state: Readback::new(gpu, "solver state read", 1)?,
             refined: Readback::new(gpu, "refined view read", 1)?,
@@ -143,6 +158,7 @@ impl Warping {
         };
         let stirred = StirredCells::new(gpu, &parts)?;
         Ok(BoundWarp {
+            bend: Bend::new(gpu, nodes, surfels, &self.corrections)?,
             points: self.followed.bind(gpu, (nodes, &stirred), &shown)?,
             patches: self.keyframe.tissue.bind(gpu, (nodes, &stirred), &shown)?,
             graph: NodeGraph::new(gpu, nodes, surfels)?,
@@ -196,19 +212,24 @@ impl Warping {
         Ok(rows.iter().filter(|row| row[3] != 0).map(node).collect())
     }
 
-    /// Sets the frame's counters and uses the matches up; `continues` where the frame before was fused.
+    /// Sets the frame's counters and uses the matches up.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
         bound: &mut BoundWarp,
         (surfels, frame, tick): (u32, u32, u32),
-        continues: bool,
+        since: SinceLast,
     ) -> Result<(), GpuError> {
         let graph = GraphSettings { surfels, frame, tick, ..GraphSettings::new(&self.config.nodes) };
         gpu.write(&self.nodes.settings, 0, &[graph])?;
         let matches = std::mem::take(&mut self.matches);
-        bound.flow.prepare(gpu, self.keyframe.advance(continues))?;
-        bound.solver.prepare(gpu, self.before.patches + matches, 2 * self.last_solved + ROOM_TO_SPARE)
+        bound.flow.prepare(gpu, self.keyframe.advance(since.continues))?;
+        let solve = Solve {
+            matches: self.before.patches + matches,
+            room: 2 * self.last_solved + ROOM_TO_SPARE,
+            hold_pose: since.at_rest,
+        };
+        bound.solver.prepare(gpu, &solve)
     }
 
     /// Follows the tissue in the pictures, solves for the warp, takes the corrected pose over into the frame's view, and moves surfels and nodes.
@@ -221,6 +242,45 @@ impl Warping {
         bound.flow.record(frame)?;
         bound.solver.record(frame)?;
         frame.copy(&self.solver.refined, &buffers.view, 1)?;
+        self.record_move(frame, bound, surfels)
+    }
+
+    /// Takes over corrections of the map; `view` is the last frame's as they leave it.
+    pub fn prepare_bend(
+        &self,
+        gpu: &Gpu,
+        surfels: u32,
+        corrections: &[FrameCorrection],
+        view: View,
+    ) -> Result<(), GpuError> {
+        gpu.write(
+            &self.nodes.settings,
+            0,
+            &[GraphSettings { surfels, ..GraphSettings::new(&self.config.nodes) }],
+        )?;
+        gpu.write(&self.before.view, 0, &[view.to_gpu()])?;
+        self.corrections.write(gpu, corrections)
+    }
+
+    /// Bends everything that the nodes carry, and moves them.
+    pub fn record_bend(
+        &self,
+        frame: &mut FrameRecorder,
+        bound: &BoundWarp,
+        surfels: u32,
+    ) -> Result<(), GpuError> {
+        bound.bend.record(frame, surfels)?;
+        self.record_move(frame, bound, surfels)?;
+        bound.graph.finder.record(frame)
+    }
+
+    /// Moves surfels, points and nodes by the nodes' transforms.
+    fn record_move(
+        &self,
+        frame: &mut FrameRecorder,
+        bound: &BoundWarp,
+        surfels: u32,
+    ) -> Result<(), GpuError> {
         bound.stirred.record(frame)?;
         bound.surfels.record(frame, surfels)?;
         self.followed.record_warp(frame, &bound.points)?;

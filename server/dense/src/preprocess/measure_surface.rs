@@ -28,12 +28,13 @@ pub(super) struct Triangulation {
     width: u32,
     height: u32,
     words: u32,
-    padding: [u32; 2],
+    incidence_cos_min: f32,
+    padding: u32,
 }
 
 impl Triangulation {
-    /// For disparities of which `drift_px` is not the depth's doing.
-    pub fn new(rig: &StereoRig, drift_px: f64) -> Self {
+    /// For disparities of which `drift_px` is not the depth's doing, of surfaces seen at up to `incidence_max_deg`.
+    pub fn new(rig: &StereoRig, drift_px: f64, incidence_max_deg: f64) -> Self {
         let camera = &rig.left;
         Self {
             intrinsics: [camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px].map(|value| value as f32),
@@ -43,7 +44,8 @@ impl Triangulation {
             width: camera.width_px,
             height: camera.height_px,
             words: camera.width_px.div_ceil(4),
-            padding: [0; 2],
+            incidence_cos_min: incidence_max_deg.to_radians().cos() as f32,
+            padding: 0,
         }
     }
 }

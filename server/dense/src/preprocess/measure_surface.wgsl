@@ -2,7 +2,8 @@
 //
 // z = f b / (d - d_inf); sigma_z = z^2 / (f b) sigma_d. A plane d = d0 + a (u - u0) + c (v - v0) in disparity is the
 // plane N . X = 1 in space with f b N = (a fx, c fy, d0 - d_inf - a (u0 - cx) - c (v0 - cy)): its normal is exact,
-// no differences of depths are taken. One invocation per pixel.
+// no differences of depths are taken. Planes that the line of sight
+// grazes are no measurement: mostly they join two surfaces that lie behind one another. One invocation per pixel.
 
 struct Triangulation {
     // fx, fy, cx, cy in pixels
@@ -17,8 +18,9 @@ struct Triangulation {
     height: u32,
     // words of four pixels per row of `masked`
     words: u32,
-    padding_a: u32,
-    padding_b: u32,
+    // least cosine of the angle between the normal and the line of sight
+    incidence_cos_min: f32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> rig: Triangulation;
@@ -44,17 +46,18 @@ fn measure_surface(@builtin(global_invocation_id) id: vec3<u32>) {
     tissue_grey[index] = select(grey[index], -1.0, covered);
     let plane = planes[index];
     let disparity = plane.x - rig.disparity_at_infinity;
+    let from_centre = vec2<f32>(f32(id.x), f32(id.y)) - rig.intrinsics.zw;
+    let away = normalize(vec3<f32>(plane.yz * rig.intrinsics.xy, disparity - dot(plane.yz, from_centre)));
+    let incidence = dot(away, normalize(vec3<f32>(from_centre / rig.intrinsics.xy, 1.0)));
     // also refuses NaN
-    if (!(disparity >= rig.disparity_min) || covered) {
+    if (!(disparity >= rig.disparity_min) || !(incidence >= rig.incidence_cos_min) || covered) {
         depth[index] = 0.0;
         sigma_z[index] = 0.0;
         normal[index] = vec4<f32>(0.0);
         return;
     }
     let z = rig.focal_baseline / disparity;
-    let from_centre = vec2<f32>(f32(id.x), f32(id.y)) - rig.intrinsics.zw;
-    let away = vec3<f32>(plane.yz * rig.intrinsics.xy, disparity - dot(plane.yz, from_centre));
     depth[index] = z;
     sigma_z[index] = z * z / rig.focal_baseline * plane.w;
-    normal[index] = vec4<f32>(-normalize(away), 1.0);
+    normal[index] = vec4<f32>(-away, 1.0);
 }

@@ -12,6 +12,7 @@ use crate::testing::{Numbers, gpu};
 use crate::{DenseError, Observation};
 
 const DRIFT_PX: f64 = 0.75;
+const INCIDENCE_MAX_DEG: f64 = 70.0;
 
 fn rig((width_px, height_px): (u32, u32)) -> StereoRig {
     let left = Pinhole { width_px, height_px, fx_px: 520.0, fy_px: 505.0, cx_px: 20.3, cy_px: 14.1 };
@@ -43,7 +44,8 @@ fn check(size: (u32, u32)) {
     let buffer = gpu.storage_from("planes", &planes).unwrap();
     // Drift is the same as another principal point of the right camera.
     let calibrated = StereoRig { right_cx_px: rig.right_cx_px + DRIFT_PX, ..rig };
-    let triangulation = gpu.uniform("triangulation", &Triangulation::new(&calibrated, DRIFT_PX)).unwrap();
+    let triangulation =
+        gpu.uniform("triangulation", &Triangulation::new(&calibrated, DRIFT_PX, INCIDENCE_MAX_DEG)).unwrap();
     let kernel = measure_surface::bind(&gpu, &triangulation, &buffer, input.left(), &observation).unwrap();
     let timer = StageTimer::new(&gpu, 2).unwrap();
     let mut frame = FrameRecorder::begin(&gpu, &timer);
@@ -55,13 +57,15 @@ fn check(size: (u32, u32)) {
     let normal = gpu.read(&observation.normal).unwrap();
     let color = gpu.read(&observation.color).unwrap();
     let grey = image.to_gray();
+    let mut refused = 0;
     for (index, plane) in planes.iter().enumerate() {
         let (x, y) = (index as u32 % size.0, index as u32 / size.0);
         let seen = (13..250).contains(&grey[(x, y)]);
         assert_eq!(color[index] >> 24, if seen { 255 } else { 0 });
         assert_eq!((color[index] & 255) as u8, image[(x, y)][0]);
+        let nothing = (depth[index], sigma[index], normal[index]) == (0.0, 0.0, [0.0; 4]);
         if !seen || index % 9 < 3 {
-            assert_eq!((depth[index], sigma[index], normal[index]), (0.0, 0.0, [0.0; 4]), "({x}, {y})");
+            assert!(nothing, "({x}, {y})");
             continue;
         }
         let point = |dx: f64, dy: f64| -> Point3<f64> {
@@ -71,6 +75,14 @@ fn check(size: (u32, u32)) {
         };
         let (here, right, below) = (point(0.0, 0.0), point(1e-3, 0.0), point(0.0, 1e-3));
         let expected = (below - here).cross(&(right - here)).normalize();
+        let incidence_deg = (-expected.dot(&here.coords.normalize())).acos().to_degrees();
+        if (incidence_deg - INCIDENCE_MAX_DEG).abs() > 0.01 {
+            assert_eq!(nothing, incidence_deg > INCIDENCE_MAX_DEG, "({x}, {y}): {incidence_deg}");
+        }
+        if nothing {
+            refused += 1;
+            continue;
+        }
         let error = (0..3).map(|k| (f64::from(normal[index][k]) - expected[k]).abs()).fold(0.0, f64::max);
         assert!(error < 1e-4, "({x}, {y}): {:?}, expected {expected}", normal[index]);
         assert!(expected.dot(&here.coords) < 0.0, "normals face the camera");
@@ -78,6 +90,7 @@ fn check(size: (u32, u32)) {
         let slope = here.z * here.z / (520.0 * 0.005);
         assert!((f64::from(sigma[index]) - slope * f64::from(plane[3])).abs() < 1e-5 * slope);
     }
+    assert!(size.0 * size.1 < 100 || refused > 0, "some planes are seen too flat");
 }
 
 #[test]
@@ -92,6 +105,6 @@ fn a_rig_of_another_size_is_refused() {
     let range = DisparityRange::new(0, 14).unwrap();
     let disparity = DisparityStage::new(&gpu, &input, range, &config()).unwrap();
     let observation = Observation::new(&gpu, 64, 48).unwrap();
-    let refused = SurfaceStage::new(&gpu, &rig((64, 47)), &input, &disparity, &observation);
+    let refused = SurfaceStage::new(&gpu, &rig((64, 47)), &input, &disparity, &observation, &config());
     assert!(matches!(refused.unwrap_err(), DenseError::ImageSize { what: "prepared", .. }));
 }

@@ -5,7 +5,7 @@ use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, GpuError};
 
 use super::measure_surface::{self, Triangulation};
 use super::upload::Preprocess;
-use crate::disparity::DisparityStage;
+use crate::disparity::{DisparityConfig, DisparityStage};
 use crate::{DenseError, Observation};
 
 /// Turns disparities into an [`Observation`].
@@ -13,6 +13,7 @@ use crate::{DenseError, Observation};
 pub struct SurfaceStage {
     size: (u32, u32),
     rig: StereoRig,
+    incidence_max_deg: f64,
     triangulation: GpuBuffer<Triangulation>,
     measure: BoundKernel,
 }
@@ -28,6 +29,7 @@ impl SurfaceStage {
         input: &Preprocess,
         disparity: &DisparityStage,
         observation: &Observation,
+        config: &DisparityConfig,
     ) -> Result<Self, DenseError> {
         let expected = (rig.left.width_px, rig.left.height_px);
         let sizes = [("prepared", input.size()), ("observed", (observation.width, observation.height))];
@@ -36,10 +38,12 @@ impl SurfaceStage {
                 return Err(DenseError::ImageSize { what, found, expected });
             }
         }
-        let triangulation = gpu.uniform("triangulation", &Triangulation::new(rig, 0.0))?;
+        let triangulation =
+            gpu.uniform("triangulation", &Triangulation::new(rig, 0.0, config.incidence_max_deg))?;
         let measure =
             measure_surface::bind(gpu, &triangulation, disparity.planes(), input.left(), observation)?;
-        Ok(Self { size: expected, rig: *rig, triangulation, measure })
+        let incidence_max_deg = config.incidence_max_deg;
+        Ok(Self { size: expected, rig: *rig, incidence_max_deg, triangulation, measure })
     }
 
     /// From the next frame on, `drift_px` is taken off every disparity.
@@ -47,7 +51,7 @@ impl SurfaceStage {
     /// # Errors
     /// Whatever the GPU refuses.
     pub fn set_drift(&self, gpu: &Gpu, drift_px: f64) -> Result<(), GpuError> {
-        gpu.write(&self.triangulation, 0, &[Triangulation::new(&self.rig, drift_px)])
+        gpu.write(&self.triangulation, 0, &[Triangulation::new(&self.rig, drift_px, self.incidence_max_deg)])
     }
 
     /// Records depth, standard deviation, normals and colours.

@@ -81,6 +81,17 @@ pub(crate) const KERNELS: [KernelDeclaration; 20] = [
 /// Invocations of the sums over all residuals.
 const PARTIALS: u32 = 512;
 
+/// What is to be solved in a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solve {
+    /// Matches in `FrameBefore::matches`, those of patches among them.
+    pub matches: u32,
+    /// The most nodes.
+    pub room: u32,
+    /// Whether the pose is known.
+    pub hold_pose: bool,
+}
+
 /// The solver, bound to a frame's buffers.
 #[derive(Debug)]
 pub(crate) struct WarpSolver {
@@ -134,11 +145,11 @@ impl WarpSolver {
         })
     }
 
-    /// Sets the number of matches in `FrameBefore::matches`, those of patches among them, and the most nodes to solve;
-    /// before the submission.
-    pub fn prepare(&mut self, gpu: &Gpu, matches: u32, room: u32) -> Result<(), GpuError> {
-        self.settings.matches = matches.min(self.matches_max);
-        self.settings.room = room.min(self.config.solved_max);
+    /// Sets what is to be solved; before the submission.
+    pub fn prepare(&mut self, gpu: &Gpu, solve: &Solve) -> Result<(), GpuError> {
+        self.settings.matches = solve.matches.min(self.matches_max);
+        self.settings.room = solve.room.min(self.config.solved_max);
+        self.settings.hold_pose = u32::from(solve.hold_pose);
         gpu.write(&self.buffers.settings, 0, &[self.settings])
     }
 

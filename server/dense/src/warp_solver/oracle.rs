@@ -156,10 +156,12 @@ impl Problem {
                 derivatives.extend(self.unknown(node, axis, column).map(|unknown| (unknown, slope)));
             }
         }
-        let pose = self.unknowns() - 6;
-        let by_turn = in_camera.cross(&residual.normal);
-        derivatives.extend((0..3).map(|axis| (pose + axis, residual.normal[axis])));
-        derivatives.extend((0..3).map(|axis| (pose + 3 + axis, by_turn[axis])));
+        if self.settings.hold_pose == 0 {
+            let pose = self.unknowns() - 6;
+            let by_turn = in_camera.cross(&residual.normal);
+            derivatives.extend((0..3).map(|axis| (pose + axis, residual.normal[axis])));
+            derivatives.extend((0..3).map(|axis| (pose + 3 + axis, by_turn[axis])));
+        }
         Row {
             term: residual.term,
             value: residual.normal.dot(&in_camera) - residual.offset_mm,

@@ -79,8 +79,9 @@ fn invert_damped() {
             }
         }
     }
+    // without an inverse nothing comes back from the pose: as if it were no unknown
     for (var i = 0u; i < 36u; i++) {
-        state.inverse[i] = right[i];
+        state.inverse[i] = select(right[i], 0.0, settings.hold_pose != 0u);
     }
 }
 

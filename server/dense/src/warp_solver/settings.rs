@@ -33,6 +33,7 @@ pub(crate) struct SolverSettings {
     pub energy_tolerance: f32,
     pub residual_tolerance: f32,
     pub hold_out: u32,
+    pub hold_pose: u32,
 }
 
 impl SolverSettings {
@@ -65,6 +66,7 @@ impl SolverSettings {
             energy_tolerance: config.energy_tolerance as f32,
             residual_tolerance: config.residual_tolerance as f32,
             hold_out: u32::from(config.hold_out),
+            hold_pose: 0,
         }
     }
 

@@ -38,6 +38,8 @@ struct SolverSettings {
     residual_tolerance: f32,
     // 1 where held-out pixels give no residual
     hold_out: u32,
+    // 1 where the camera is at rest: its pose is no unknown
+    hold_pose: u32,
 }
 
 struct SolverState {

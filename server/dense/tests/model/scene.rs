@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use dense::{DenseConfig, DenseError, FusionReport, Observation, SurfelModel};
+use dense::{DenseConfig, DenseError, FusionReport, Observation, SurfelModel, TrackedCamera};
 use geometry::{Pinhole, Pose, StereoRig};
 use gpu::{AdapterSelection, FrameRecorder, Gpu};
 use nalgebra::{Point2, Point3, Vector3};
@@ -133,7 +133,8 @@ impl Bench {
         self.gpu.write(&self.observation.sigma_z, 0, &shot.sigma_z).unwrap();
         self.gpu.write(&self.observation.normal, 0, &shot.normal).unwrap();
         self.gpu.write(&self.observation.color, 0, &shot.color).unwrap();
-        self.model.prepare(frame_index, pose).unwrap();
+        let camera = TrackedCamera { world_from_camera: *pose, at_rest: false };
+        self.model.prepare(frame_index, &camera).unwrap();
         let mut frame = FrameRecorder::begin(&self.gpu, self.model.timer());
         self.model.record(&mut frame).unwrap();
         frame.submit().collect().unwrap();
