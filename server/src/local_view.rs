@@ -139,6 +139,11 @@ impl Sink for Observer {
         Ok(())
     }
 
+    /// The next fused pair brings the new arrays.
+    fn model_restarted(&self, _last_stamp_ns: u64, _model: &mut DenseSlam) -> Result<(), SinkError> {
+        Ok(())
+    }
+
     fn failed(&self, _error: Arc<WorkerError>) {
         self.tell(|newest| newest.is_lost = true);
     }

@@ -21,6 +21,8 @@ pub struct DenseConfig {
     pub index_map_scale: u32,
     /// Share of dead slots at which the arrays are compacted.
     pub compaction_dead_share: f64,
+    /// Frames over which the correction of a closed loop is spread.
+    pub bend_frames: u32,
     /// `[dense.nodes]`.
     pub nodes: NodeConfig,
     /// `[dense.warp]`.

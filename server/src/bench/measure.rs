@@ -180,6 +180,10 @@ impl Sink for Meter {
         Ok(())
     }
 
+    fn model_restarted(&self, _last_stamp_ns: u64, _model: &mut DenseSlam) -> Result<(), SinkError> {
+        Ok(())
+    }
+
     fn failed(&self, error: Arc<WorkerError>) {
         self.state().measured.error.get_or_insert(error);
         self.done.offer(false);

@@ -322,6 +322,11 @@ impl Sink for Collector {
         Ok(())
     }
 
+    fn model_restarted(&self, _last_stamp_ns: u64, _model: &mut DenseSlam) -> Result<(), SinkError> {
+        tracing::warn!("the tracker's map was of no use: the model begins anew");
+        Ok(())
+    }
+
     fn failed(&self, error: Arc<WorkerError>) {
         unpoisoned(self.collected.lock()).error.get_or_insert(error);
     }

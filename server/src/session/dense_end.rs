@@ -16,6 +16,7 @@ use super::correspondences::{LastFused, NumberedFeature};
 use super::gpu_turns::Seat;
 use super::history::History;
 use super::mailbox::{MailboxReceiver, Taken};
+use super::map_changes::{MapChange, MapChanges, shares};
 use super::quality::FrameQuality;
 use super::rectifier::Rectifier;
 use super::shared_gpu::SharedGpu;
@@ -55,6 +56,9 @@ pub(super) struct DenseEnd {
     stages: StageConfig,
     calibration: Calibration,
     history: Option<History>,
+    changes: MapChanges,
+    /// Pairs before this one are of a world that is no more.
+    world_since_ns: u64,
     last_fused: LastFused,
     eyes_are_checked: bool,
     /// Where the scope was in the last pair with a pose.
@@ -102,7 +106,12 @@ impl DenseEnd {
     ///
     /// # Errors
     /// As [`DenseSlam::new`].
-    pub fn new(shared: Arc<SharedGpu>, rig: StereoRig, setup: &WorkerSetup) -> Result<Self, DenseError> {
+    pub fn new(
+        shared: Arc<SharedGpu>,
+        rig: StereoRig,
+        setup: &WorkerSetup,
+        changes: MapChanges,
+    ) -> Result<Self, DenseError> {
         let (stages, gpu) = (setup.stages.clone(), shared.current());
         let model = DenseSlam::new(Arc::clone(&gpu), rig, &stages.disparity, &stages.dense)?;
         let (history, seat) = (setup.history.cloned(), setup.gpu_turns.seat());
@@ -116,6 +125,8 @@ impl DenseEnd {
             stages,
             calibration,
             history,
+            changes,
+            world_since_ns: 0,
             last_fused,
             eyes_are_checked: false,
             world_from_scope: None,
@@ -160,7 +171,7 @@ impl DenseEnd {
         (self.gpu, self.model) = (gpu, model);
         self.last_fused = LastFused::default();
         let rectifier = Rectifier::new(&self.calibration)?;
-        for (index, (pair, world_from_camera)) in history.pairs()?.enumerate() {
+        for (index, (pair, world_from_camera)) in history.pairs(self.world_since_ns)?.enumerate() {
             let pair = rectifier.apply(pair)?;
             let _turn = self.seat.take();
             self.model.step(&DenseFrame {
@@ -206,8 +217,26 @@ impl DenseEnd {
         Ok(self.model.render(&view, wanted.coloring).map_err(|error| refused(&error))?.rgb)
     }
 
+    /// Brings the model into the world that the pose of `job` is of.
+    fn follow_map(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
+        for change in self.changes.take_until(job.index) {
+            let _turn = self.seat.take();
+            match change {
+                MapChange::Bend { corrections, share } => self.model.bend(&shares(&corrections, share))?,
+                MapChange::Restart => {
+                    self.model.restart()?;
+                    self.last_fused = LastFused::default();
+                    self.world_since_ns = job.pair.stamp_ns;
+                    sink.model_restarted(job.pair.stamp_ns, &mut self.model)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn process(&mut self, job: &DenseJob, sink: &dyn Sink) -> Result<(), WorkerError> {
         let _pair = trace_span!("fuse pair", frame = job.pair.sequence).entered();
+        trace_span!("follow map").in_scope(|| self.follow_map(job, sink))?;
         let mut turn = trace_span!("wait for turn").in_scope(|| self.seat.take());
         check_eyes(&mut self.eyes_are_checked, (&self.gpu, &self.rig, &self.stages.disparity), job)?;
         let started = Instant::now();

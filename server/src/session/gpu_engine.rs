@@ -253,6 +253,15 @@ impl Sink for LiveSink {
         self.observers.iter().try_for_each(|observer| observer.model_rebuilt(last_stamp_ns, model))
     }
 
+    fn model_restarted(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError> {
+        let why = "the camera was lost before there was a map to find it in; the model begins anew";
+        tracing::warn!(session = %self.hub.id(), why);
+        self.hub.raise_alarm(why);
+        self.hub.model.clear()?;
+        self.publish_changes(last_stamp_ns, model)?;
+        self.observers.iter().try_for_each(|observer| observer.model_restarted(last_stamp_ns, model))
+    }
+
     fn failed(&self, error: Arc<WorkerError>) {
         tracing::error!(session = %self.hub.id(), %error, "the reconstruction failed");
         self.hub.fail(error.to_string());

@@ -22,14 +22,16 @@ pub struct History {
 }
 
 impl History {
-    /// Pairs with the poses that were found for them, oldest first. Pairs that cannot be read are left out.
+    /// Pairs from `since_ns` on with the poses that were found for them, oldest first. Pairs that cannot be read are left out.
     ///
     /// # Errors
     /// [`RecordingError`] where the journal cannot be read.
-    pub fn pairs(&self) -> Result<impl Iterator<Item = (StereoPair, Pose)>, RecordingError> {
+    pub fn pairs(&self, since_ns: u64) -> Result<impl Iterator<Item = (StereoPair, Pose)>, RecordingError> {
         let reader = RecordingReader::open(&self.journal, &self.recording)?;
         let size_px = reader.calibration()?.image_size_px();
-        let poses = spread(&reader.estimated_poses()?, self.pairs_max);
+        let mut poses = reader.estimated_poses()?;
+        poses.retain(|pose| pose.stamp_ns >= since_ns);
+        let poses = spread(&poses, self.pairs_max);
         let stamps: BTreeSet<u64> = poses.iter().map(|pose| pose.stamp_ns).collect();
         let wanted = reader.stereo()?.filter_map(Result::ok);
         let wanted = wanted.filter(move |message| stamps.contains(&message.stamp_ns));

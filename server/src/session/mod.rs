@@ -12,6 +12,7 @@ pub mod journal;
 pub mod lifecycle;
 pub mod live;
 pub mod mailbox;
+mod map_changes;
 pub mod quality;
 pub mod recovery;
 mod rectifier;

@@ -21,6 +21,7 @@ use super::dense_end::{DenseEnd, DenseJob, RectifiedPair, run_dense};
 use super::gpu_turns::GpuTurns;
 use super::history::History;
 use super::mailbox::{MailboxReceiver, MailboxSender, Offer, Policy, mailbox};
+use super::map_changes::{MapChanges, MapFollower};
 use super::quality::{FrameQuality, QualityConfig, QualityGate};
 use super::rectifier::Rectifier;
 use super::shared_gpu::SharedGpu;
@@ -109,6 +110,11 @@ pub trait Sink: Send + Sync + 'static {
     /// # Errors
     /// A failed read-back ends the worker.
     fn model_rebuilt(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError>;
+    /// The tracker's map was of no use and has been begun anew, and `model` with it: nothing is where it was.
+    ///
+    /// # Errors
+    /// A failed read-back ends the worker.
+    fn model_restarted(&self, last_stamp_ns: u64, model: &mut DenseSlam) -> Result<(), SinkError>;
     /// The worker cannot go on.
     fn failed(&self, error: Arc<WorkerError>);
 }
@@ -231,12 +237,14 @@ pub fn spawn(
     let rectifier = Rectifier::new(setup.calibration)?;
     let rig = *rectifier.rig();
     let tracker = Tracker::with_pace(&setup.stages.tracking, &rig, mapping_pace(setup.policy))?;
-    let dense = DenseEnd::new(gpu, rig, setup)?;
+    let changes = MapChanges::default();
+    let map = MapFollower::new(changes.clone(), setup.world_from_start, setup.stages.dense.bend_frames);
+    let dense = DenseEnd::new(gpu, rig, setup, changes)?;
     let (jobs_out, jobs_in) = mailbox(setup.policy, 1);
     let waker = jobs_in.waker();
     let (pictures, wanted) = picture_queue(move || waker.wake());
     let quality = QualityGate::new(&setup.stages.quality);
-    let front = FrontEnd { rectifier, tracker, quality, world_from_start: setup.world_from_start };
+    let front = FrontEnd { rectifier, tracker, quality, map, still_frames: 0 };
     let front_sink = Arc::clone(&sink);
     let tracking = thread("tracker", move || run_front_end(front, &input, &jobs_out, &*front_sink))?;
     let dense = thread("dense", move || run_dense(dense, &jobs_in, &wanted, &*sink))?;
@@ -258,11 +266,16 @@ fn thread(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<Jo
         .map_err(|source| WorkerError::Thread { name, source })
 }
 
+/// A camera that has not moved for so many frames is at rest; for fewer, it may be slow.
+const REST_FRAMES: u32 = 5;
+
 struct FrontEnd {
     rectifier: Rectifier,
     tracker: Tracker,
     quality: QualityGate,
-    world_from_start: Pose,
+    map: MapFollower,
+    /// Frames in a row in which the tracker saw no motion.
+    still_frames: u32,
 }
 
 fn run_front_end(
@@ -298,13 +311,15 @@ impl FrontEnd {
         let frame =
             StereoFrame { stamp_ns: pair.stamp_ns, left: &left, right: &right, mask: pair.mask.as_ref() };
         let mut report = trace_span!("track").in_scope(|| self.tracker.track(&frame))?;
-        report.world_from_camera = report.world_from_camera.map(|pose| self.world_from_start * pose);
+        self.map.follow(&mut report, (pair.stamp_ns, index));
         let tracking_ms = milliseconds_since(started);
 
         let (stamp_ns, sequence) = (pair.stamp_ns, pair.sequence);
-        let camera = report.world_from_camera.filter(|_| quality.allows_fusion()).map(|world_from_camera| {
-            TrackedCamera { world_from_camera, at_rest: report.source == Some(PoseSource::Standstill) }
-        });
+        let is_still = report.source == Some(PoseSource::Standstill);
+        self.still_frames = if is_still { self.still_frames + 1 } else { 0 };
+        let at_rest = self.still_frames >= REST_FRAMES;
+        let camera = report.world_from_camera.filter(|_| quality.allows_fusion());
+        let camera = camera.map(|world_from_camera| TrackedCamera { world_from_camera, at_rest });
         let policy = pair.policy;
         let left = Arc::new(pair.left);
         let pair = RectifiedPair {

@@ -1,6 +1,8 @@
 //! A real server on loopback ports, with a computation that tracks everything and adds a surfel for each pair.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic, clippy::needless_pass_by_value)]
 
+pub mod endoscopy;
+
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
