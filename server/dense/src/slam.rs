@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use tracing::trace_span;
 
 use crate::disparity::{DisparityConfig, DisparityRange, DisparityStage};
-use crate::model::{DiscardReason, FusionReport, SurfelModel};
+use crate::model::{DiscardReason, FusionReport, SurfelModel, WarpReport};
 use crate::preprocess::{Preprocess, SurfaceStage};
 use crate::render::{BACKGROUND, Coloring};
 use crate::{
@@ -69,10 +69,8 @@ pub struct StepReport {
     pub surfels: u32,
     /// New surfels for which the model had no room.
     pub refused: u32,
-    /// Deformation nodes after the frame.
-    pub nodes: u32,
-    /// The tracker's pose, corrected by the warp's solve; `None` without one.
-    pub world_from_camera: Option<Pose>,
+    /// What the warp's solve did, and the pose as corrected by it; `None` without a pose.
+    pub warp: Option<WarpReport>,
     /// Error of the model before the frame was fused; `None` where nothing of it was in view.
     pub back_projection: Option<BackProjection>,
     /// Time of each stage.
@@ -239,8 +237,7 @@ impl DenseSlam {
             discarded_reason,
             surfels: self.model.surfel_counts().1,
             refused: fusion.as_ref().map_or(0, |fusion| fusion.refused),
-            nodes: fusion.as_ref().map_or(0, |fusion| fusion.warp.nodes),
-            world_from_camera: fusion.as_ref().map(|fusion| fusion.warp.world_from_camera),
+            warp: fusion.as_ref().map(|fusion| fusion.warp.clone()),
             back_projection: fusion.and_then(|fusion| fusion.back_projection),
             stages: times.stages,
             dispatches: times.dispatches,

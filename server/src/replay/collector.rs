@@ -274,7 +274,7 @@ impl Sink for Collector {
         collected.correct_pose(pair.stamp_ns, world_from_camera);
         if pair.report.fused {
             collected.counts.fused += 1;
-            collected.nodes = pair.report.nodes;
+            collected.nodes = pair.report.warp.as_ref().map_or(0, |warp| warp.nodes);
         } else {
             collected.counts.discarded += 1;
             let reason = pair.report.discarded_reason.map_or("not_fused", |reason| reason.name());

@@ -35,6 +35,14 @@ pub struct FrameRow {
     pub held_out_rmse_mm: Option<f64>,
     /// Mean over all other pixels.
     pub others_mean_mm: Option<f64>,
+    /// Deformation nodes after the frame.
+    pub nodes: Option<u32>,
+    /// Those that were solved: what was seen of the tissue, and the neighbours.
+    pub nodes_solved: Option<u32>,
+    /// Steps that the solver took.
+    pub solver_steps: Option<u32>,
+    /// Share of the energy at the tracker's pose and in the shape before that the solution kept.
+    pub energy_left: Option<f64>,
 }
 
 impl FrameRow {
@@ -42,6 +50,7 @@ impl FrameRow {
         let error = pair.report.back_projection.as_ref();
         let mm = |value: fn(&BackProjection) -> f64| error.map(|error| value(error) * MM_PER_M);
         let held_out = error.and_then(|error| error.held_out);
+        let warp = pair.report.warp.as_ref();
         Self {
             frame: pair.sequence,
             stamp_ns: pair.stamp_ns,
@@ -54,6 +63,10 @@ impl FrameRow {
             held_out_mean_mm: held_out.map(|error| error.mean_m * MM_PER_M),
             held_out_rmse_mm: held_out.map(|error| error.rmse_m * MM_PER_M),
             others_mean_mm: held_out.map(|error| error.others_mean_m * MM_PER_M),
+            nodes: warp.map(|warp| warp.nodes),
+            nodes_solved: warp.map(|warp| warp.solved),
+            solver_steps: warp.map(|warp| warp.steps),
+            energy_left: warp.map(|warp| warp.energy_left),
         }
     }
 

@@ -253,11 +253,12 @@ impl DenseEnd {
         if report.fused {
             self.last_fused.replace(&job.features);
         }
+        let world_from_camera = report.warp.as_ref().map(|warp| warp.world_from_camera);
         let fused = FusedPair {
             stamp_ns: job.pair.stamp_ns,
             sequence: job.pair.sequence,
             quality: job.quality,
-            world_from_camera: report.world_from_camera.or(job.camera.map(|camera| camera.world_from_camera)),
+            world_from_camera,
             report,
             dense_ms: milliseconds_since(started),
         };

@@ -211,7 +211,9 @@ mod tests {
     }
 
     fn go_on(follower: &mut MapFollower, frames: u32) {
-        (3..3 + frames).for_each(|index| drop(x_m_of(follower, index)));
+        for index in 3..3 + frames {
+            x_m_of(follower, index);
+        }
     }
 
     #[test]

@@ -26,8 +26,6 @@ const ROOM_TO_SPARE: u32 = 256;
 pub struct WarpReport {
     /// Deformation nodes after the frame.
     pub nodes: u32,
-    /// Nodes that some residual touched.
-    pub observed: u32,
     /// Nodes solved: those and their neighbours.
     pub solved: u32,
     /// Steps taken.
@@ -319,7 +317,6 @@ impl Warping {
         self.last_solved = state.solved;
         Ok(WarpReport {
             nodes,
-            observed: state.observed,
             solved: state.solved,
             steps: state.accepted,
             energy_left: f64::from(state.energy) / f64::from(state.first_energy).max(f64::MIN_POSITIVE),
