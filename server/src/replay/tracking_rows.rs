@@ -1,7 +1,7 @@
 //! `tracking.csv`: what the tracker made of each pair, for whoever wonders why it did what it did.
 
 use serde::Serialize;
-use tracking::{KeyframeReason, Outcome, PoseSource};
+use tracking::{CorrectionKind, KeyframeReason, MapCorrection, Outcome, PoseSource};
 
 use crate::session::worker::TrackedPair;
 
@@ -32,12 +32,16 @@ pub struct TrackingRow {
     pub map_points: usize,
     /// Why it became a keyframe; empty where it did not.
     pub keyframe: Option<&'static str>,
+    /// What became of the map besides; mostly empty.
+    pub correction: Option<&'static str>,
+    /// How far that moved the camera, millimetres.
+    pub correction_mm: Option<f64>,
 }
 
 impl TrackingRow {
     pub(super) fn new(pair: &TrackedPair) -> Self {
         let report = &pair.report;
-        let counts = &report.statistics;
+        let (counts, correction) = (&report.statistics, report.correction.as_ref());
         let deforms =
             |feature: &&tracking::TrackedFeature| feature.motion.is_some_and(|motion| !motion.rigid);
         Self {
@@ -53,6 +57,8 @@ impl TrackingRow {
             keyframes: counts.keyframes,
             map_points: counts.map_points,
             keyframe: report.keyframe.map(reason_name),
+            correction: correction.map(|correction| correction_name(correction.kind)),
+            correction_mm: correction.and_then(moved_mm),
         }
     }
 }
@@ -64,6 +70,21 @@ fn outcome_name(outcome: Outcome) -> &'static str {
         Outcome::Recovered => "recovered",
         Outcome::Lost { .. } => "lost",
     }
+}
+
+fn correction_name(kind: CorrectionKind) -> &'static str {
+    match kind {
+        CorrectionKind::Loop => "loop",
+        CorrectionKind::Relocalization => "relocalization",
+        CorrectionKind::Restart => "restart",
+    }
+}
+
+fn moved_mm(correction: &MapCorrection) -> Option<f64> {
+    let newest = correction.keyframes.last()?;
+    let way = newest.world_from_camera_after.translation.vector
+        - newest.world_from_camera_before.translation.vector;
+    Some(1e3 * way.norm())
 }
 
 fn source_name(source: PoseSource) -> &'static str {
