@@ -19,16 +19,13 @@
 // 7 x 3 vectors of four per node
 @group(0) @binding(14) var<storage, read_write> border: array<vec4<f32>>;
 
-// What a residual's gradient by the node is multiplied with: its value, or its derivative by one unknown of the pose.
-fn factor(residual: u32, column: u32) -> f32 {
+const COLUMNS: u32 = 7u;
+
+// What a residual's gradient by the node is multiplied with: its value, and its derivatives by the unknowns of the pose.
+fn factors(residual: u32) -> array<f32, COLUMNS> {
     let normal = planes[residual].xyz;
-    if column == 0u {
-        return in_camera[residual].w;
-    }
-    if column < 4u {
-        return normal[column - 1u];
-    }
-    return cross(in_camera[residual].xyz, normal)[column - 4u];
+    let turn = cross(in_camera[residual].xyz, normal);
+    return array<f32, COLUMNS>(in_camera[residual].w, normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
 }
 
 // Gradient of E_rot, E_reg and rest: row `axis`.
@@ -56,27 +53,30 @@ fn own_gradient(slot: u32, axis: u32) -> vec4<f32> {
 
 @compute @workgroup_size(64)
 fn assemble_border(@builtin(global_invocation_id) id: vec3<u32>) {
-    let number = id.x / 7u;
-    let column = id.x % 7u;
+    let number = id.x;
     if number >= state.solved || state.done != 0u || state.fresh == 0u {
         return;
     }
     let slot = solved[number];
     let center = node_point(nodes[slot]);
-    var sum: array<vec4<f32>, 3>;
+    var sums: array<vec4<f32>, 3u * COLUMNS>;
     for (var i = starts[slot]; i < starts[slot] + node_counts[slot]; i++) {
         let residual = entries[i] / 4u;
-        let scale = weights[residual][entries[i] % 4u] * gradients[residual].w * factor(residual, column);
-        let q = scale * vec4<f32>(MM * (points[residual].xyz - center), 1.0);
-        for (var axis = 0u; axis < 3u; axis++) {
-            sum[axis] += gradients[residual][axis] * q;
+        let gradient = gradients[residual];
+        let weight = weights[residual][entries[i] % 4u] * gradient.w;
+        let arm = vec4<f32>(MM * (points[residual].xyz - center), 1.0);
+        let by = factors(residual);
+        for (var column = 0u; column < COLUMNS; column++) {
+            let q = (weight * by[column]) * arm;
+            for (var axis = 0u; axis < 3u; axis++) {
+                sums[3u * column + axis] += gradient[axis] * q;
+            }
         }
     }
     for (var axis = 0u; axis < 3u; axis++) {
-        var own = vec4<f32>(0.0);
-        if column == 0u {
-            own = own_gradient(slot, axis);
-        }
-        border[COLUMN * id.x + axis] = sum[axis] + own;
+        sums[axis] += own_gradient(slot, axis);
+    }
+    for (var i = 0u; i < 3u * COLUMNS; i++) {
+        border[COLUMN * COLUMNS * number + i] = sums[i];
     }
 }

@@ -25,7 +25,7 @@ pub(super) fn bind(gpu: &Gpu, parts: &SolverParts, solver: &SolverBuffers) -> Re
             &solver.starts,
             &solver.node_counts,
             &solver.entries,
-            &solver.anchors,
+            &solver.entry_joints,
             &solver.weights,
             &solver.points,
             &solver.gradients,

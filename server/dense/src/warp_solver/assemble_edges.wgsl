@@ -13,7 +13,8 @@
 @group(0) @binding(6) var<storage, read> starts: array<u32>;
 @group(0) @binding(7) var<storage, read> node_counts: array<u32>;
 @group(0) @binding(8) var<storage, read> entries: array<u32>;
-@group(0) @binding(9) var<storage, read> anchors: array<vec4<u32>>;
+// per entry, five bits for each corner: the edge that leads there
+@group(0) @binding(9) var<storage, read> entry_joints: array<u32>;
 @group(0) @binding(10) var<storage, read> weights: array<vec4<f32>>;
 @group(0) @binding(11) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(12) var<storage, read> gradients: array<vec4<f32>>;
@@ -23,9 +24,11 @@ fn arm_mm(point: vec3<f32>, slot: u32) -> vec4<f32> {
     return vec4<f32>(MM * (point - node_point(nodes[slot])), 1.0);
 }
 
-// Weight of node `slot` in a residual.
-fn weight_of(residual: u32, slot: u32) -> f32 {
-    return dot(weights[residual], select(vec4<f32>(0.0), vec4<f32>(1.0), anchors[residual] == vec4<u32>(slot)));
+// The corner that an edge leads to, 4 where it leads to none.
+fn corner_at(joint: u32, edge: u32) -> u32 {
+    let edges_to = (vec4<u32>(joint) >> vec4<u32>(0u, 5u, 10u, 15u)) & vec4<u32>(31u);
+    let found = select(vec4<u32>(4u), vec4<u32>(0u, 1u, 2u, 3u), edges_to == vec4<u32>(edge));
+    return min(min(found.x, found.y), min(found.z, found.w));
 }
 
 @compute @workgroup_size(64)
@@ -41,8 +44,12 @@ fn assemble_edges(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     var block: array<vec4<f32>, EDGE>;
     for (var i = starts[slot]; i < starts[slot] + node_counts[slot]; i++) {
+        let corner = corner_at(entry_joints[i], id.x % EDGES);
+        if corner == 4u {
+            continue;
+        }
         let residual = entries[i] / 4u;
-        let shared_weight = weights[residual][entries[i] % 4u] * weight_of(residual, other);
+        let shared_weight = weights[residual][entries[i] % 4u] * weights[residual][corner];
         let scale = shared_weight * gradients[residual].w;
         if scale == 0.0 {
             continue;

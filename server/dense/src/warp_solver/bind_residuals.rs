@@ -14,7 +14,7 @@ pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     ],
 );
 
-/// Reads model and pictures, writes the residuals and counts them per node.
+/// Reads model and pictures, writes the residuals and counts them per node and run.
 pub(super) fn bind(gpu: &Gpu, parts: &SolverParts, solver: &SolverBuffers) -> Result<BoundKernel, GpuError> {
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
@@ -41,7 +41,7 @@ pub(super) fn bind(gpu: &Gpu, parts: &SolverParts, solver: &SolverBuffers) -> Re
             &solver.normals,
             &solver.planes,
             &solver.robust,
-            &solver.node_counts,
+            &solver.run_counts,
             &solver.places,
         ],
     )

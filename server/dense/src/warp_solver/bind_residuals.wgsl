@@ -6,7 +6,7 @@
 #import binding
 #import held_out
 // Finds the residuals' model points and the nodes that move them. A data residual is the surfel that the index map shows
-// at a pixel of the grid; blocks held out may give none. Counts how many residuals each node takes part in.
+// at a pixel of the grid; blocks held out may give none. Counts how many residuals of each run each node takes part in.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> graph: GraphSettings;
@@ -36,7 +36,8 @@
 @group(0) @binding(20) var<storage, read_write> planes: array<vec4<f32>>;
 // match: weight and Huber's threshold
 @group(0) @binding(21) var<storage, read_write> robust: array<vec2<f32>>;
-@group(0) @binding(22) var<storage, read_write> node_counts: array<atomic<u32>>;
+// per node and run
+@group(0) @binding(22) var<storage, read_write> run_counts: array<atomic<u32>>;
 @group(0) @binding(23) var<storage, read_write> places: array<vec4<u32>>;
 
 // The surfel that a pixel shows, NO_NODE where none.
@@ -57,10 +58,11 @@ fn attach(residual: u32, binding: NodeBinding, point: vec3<f32>, kind: f32) {
     if binding.slots.x == NO_NODE {
         return;
     }
+    let run = run_of(residual, settings);
     var place = vec4<u32>(0u);
     for (var corner = 0u; corner < 4u; corner++) {
         if binding.slots[corner] != NO_NODE {
-            place[corner] = atomicAdd(&node_counts[binding.slots[corner]], 1u);
+            place[corner] = atomicAdd(&run_counts[RUNS_OF_RESIDUALS * binding.slots[corner] + run], 1u);
         }
     }
     anchors[residual] = binding.slots;

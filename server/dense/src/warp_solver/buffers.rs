@@ -13,6 +13,8 @@ use crate::view::GpuView;
 const PARTIALS: usize = 512;
 /// Sums of each of them for the pose.
 const POSE_SUMS: usize = 28;
+/// Runs of residuals; as in `solver.wgsl`.
+const RUNS: usize = 64;
 /// Vectors of four in a node's own block, in the block of an edge, and in the border.
 const OWN: usize = 36;
 const EDGE: usize = 24;
@@ -90,6 +92,10 @@ pub(crate) struct SolverBuffers {
     // per residual and corner
     pub listed: GpuBuffer<u32>,
     pub entries: GpuBuffer<u32>,
+    pub joints: GpuBuffer<u32>,
+    pub entry_joints: GpuBuffer<u32>,
+    // per node slot and run of residuals: counts, then offsets
+    pub run_counts: GpuBuffer<u32>,
     // per node slot
     pub node_counts: GpuBuffer<u32>,
     pub marks: GpuBuffer<u32>,
@@ -141,6 +147,9 @@ impl SolverBuffers {
             in_camera: rows("residual values", residuals)?,
             listed: gpu.storage("listed residuals", 4 * residuals)?,
             entries: gpu.storage("sorted residuals", 4 * residuals)?,
+            joints: gpu.storage("residual joints", 4 * residuals)?,
+            entry_joints: gpu.storage("sorted joints", 4 * residuals)?,
+            run_counts: gpu.storage("node residuals by run", RUNS * nodes)?,
             node_counts: gpu.storage("node residuals", nodes)?,
             marks: gpu.storage("marked nodes", nodes)?,
             estimates: rows("estimates", 6 * nodes)?,

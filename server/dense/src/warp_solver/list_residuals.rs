@@ -8,10 +8,10 @@ use super::{SolverBuffers, SolverParts};
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "list_residuals",
     concat!(include_str!("list_residuals.wgsl"), include_str!("solver.wgsl")),
-    &[Uniform, Read, Read, Read, Read, Read, ReadWrite, ReadWrite],
+    &[Uniform, Read, Read, Read, Read, Read, ReadWrite, ReadWrite, Read, ReadWrite],
 );
 
-/// Reads the residuals, writes `listed` and `unjoined`.
+/// Reads the residuals, writes (`listed`, `unjoined`, `joints`).
 pub(super) fn bind(gpu: &Gpu, parts: &SolverParts, solver: &SolverBuffers) -> Result<BoundKernel, GpuError> {
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
@@ -24,6 +24,8 @@ pub(super) fn bind(gpu: &Gpu, parts: &SolverParts, solver: &SolverBuffers) -> Re
             &parts.nodes.edges,
             &solver.listed,
             &solver.unjoined,
+            &solver.run_counts,
+            &solver.joints,
         ],
     )
 }

@@ -32,6 +32,7 @@ mod linearise;
 mod list_residuals;
 mod mark_solved;
 mod multiply;
+mod offset_runs;
 #[cfg(test)]
 mod oracle;
 mod plan_solve;
@@ -55,8 +56,9 @@ use gpu::{BoundKernel, FrameRecorder, Gpu, GpuError, KernelDeclaration, Stage};
 use crate::node_graph::EDGES;
 
 /// The kernels of this folder.
-pub(crate) const KERNELS: [KernelDeclaration; 20] = [
+pub(crate) const KERNELS: [KernelDeclaration; 21] = [
     bind_residuals::DECLARATION,
+    offset_runs::DECLARATION,
     mark_solved::DECLARATION,
     plan_solve::DECLARATION,
     list_residuals::DECLARATION,
@@ -106,6 +108,7 @@ pub(crate) struct WarpSolver {
 #[derive(Debug)]
 struct Passes {
     bind: BoundKernel,
+    offsets: BoundKernel,
     mark: BoundKernel,
     plan: BoundKernel,
     list: BoundKernel,
@@ -156,9 +159,8 @@ impl WarpSolver {
     /// Records the whole solve; the index map must show the model in its present shape. Writes the nodes' transforms
     /// and `SolverBuffers::refined`.
     pub fn record(&self, frame: &mut FrameRecorder) -> Result<(), GpuError> {
-        frame.clear(&self.buffers.node_counts);
+        frame.clear(&self.buffers.run_counts);
         frame.stage("warp solve", |stage| {
-            stage.run(&self.passes.bind, [self.settings.residuals(), 1, 1])?;
             self.record_plan(stage)?;
             (0..self.config.iterations).try_for_each(|_| self.record_iteration(stage))?;
             stage.run(&self.passes.finish, [self.node_slots, 1, 1])
@@ -167,6 +169,8 @@ impl WarpSolver {
 
     fn record_plan(&self, stage: &mut Stage) -> Result<(), GpuError> {
         let residuals = self.settings.residuals();
+        stage.run(&self.passes.bind, [residuals, 1, 1])?;
+        stage.run(&self.passes.offsets, [self.node_slots, 1, 1])?;
         stage.run(&self.passes.mark, [self.node_slots, 1, 1])?;
         stage.run(&self.passes.plan, [1, 1, 1])?;
         stage.run(&self.passes.list, [residuals, 1, 1])?;
@@ -179,7 +183,7 @@ impl WarpSolver {
         stage.run(&passes.linearise, [self.settings.residuals(), 1, 1])?;
         stage.run(&passes.edges, [EDGES as u32 * room, 1, 1])?;
         stage.run(&passes.nodes, [room, 1, 1])?;
-        stage.run(&passes.border, [7 * room, 1, 1])?;
+        stage.run(&passes.border, [room, 1, 1])?;
         stage.run(&passes.pose_sums, [PARTIALS, 1, 1])?;
         stage.run(&passes.pose, [1, 1, 1])?;
         stage.run(&passes.start, [room, 1, 1])?;
@@ -201,6 +205,7 @@ impl Passes {
         let turns = [gpu.uniform("turn", &0u32)?, gpu.uniform("turn", &1u32)?];
         Ok(Self {
             bind: bind_residuals::bind(gpu, parts, solver)?,
+            offsets: offset_runs::bind(gpu, solver)?,
             mark: mark_solved::bind(gpu, parts, solver)?,
             plan: plan_solve::bind(gpu, solver)?,
             list: list_residuals::bind(gpu, parts, solver)?,

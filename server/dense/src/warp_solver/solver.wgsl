@@ -76,6 +76,10 @@ struct SolverState {
 }
 
 const EDGES: u32 = 20u;
+// Runs of residuals, in each of which a node's are counted for themselves
+const RUNS_OF_RESIDUALS: u32 = 64u;
+// Five bits that name no edge
+const NO_EDGE: u32 = 31u;
 const PARTIALS: u32 = 512u;
 // Vectors of four per node: of its own block, of the block of one edge, of a column of the border
 const OWN: u32 = 36u;
@@ -90,6 +94,12 @@ fn axes(a: u32, b: u32) -> u32 {
 
 fn residual_count(settings: SolverSettings) -> u32 {
     return settings.columns * settings.rows + 3u * settings.matches;
+}
+
+// The run that a residual lies in.
+fn run_of(residual: u32, settings: SolverSettings) -> u32 {
+    let longest = (residual_count(settings) + RUNS_OF_RESIDUALS - 1u) / RUNS_OF_RESIDUALS;
+    return residual / longest;
 }
 
 // Huber's kernel of a residual with weight and threshold `robust`: weighted energy, weight of the square.

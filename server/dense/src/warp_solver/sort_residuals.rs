@@ -8,10 +8,10 @@ use super::SolverBuffers;
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "sort_residuals",
     concat!(include_str!("sort_residuals.wgsl"), include_str!("solver.wgsl")),
-    &[Uniform, Read, Read, Read, Read, ReadWrite],
+    &[Uniform, Read, Read, Read, Read, ReadWrite, Read, Read, ReadWrite],
 );
 
-/// Reads `listed`, writes `entries`.
+/// Reads `listed` and `joints`, writes them in order: `entries`, `entry_joints`.
 pub(super) fn bind(gpu: &Gpu, solver: &SolverBuffers) -> Result<BoundKernel, GpuError> {
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
@@ -22,6 +22,9 @@ pub(super) fn bind(gpu: &Gpu, solver: &SolverBuffers) -> Result<BoundKernel, Gpu
             &solver.node_counts,
             &solver.listed,
             &solver.entries,
+            &solver.run_counts,
+            &solver.joints,
+            &solver.entry_joints,
         ],
     )
 }
