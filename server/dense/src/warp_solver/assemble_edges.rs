@@ -8,7 +8,7 @@ use super::{SolverBuffers, SolverParts};
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "assemble_edges",
     concat!(include_str!("assemble_edges.wgsl"), include_str!("solver.wgsl")),
-    &[Uniform, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, ReadWrite],
+    &[Uniform, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, ReadWrite],
 );
 
 /// Reads the linearised residuals, writes `blocks`.
@@ -23,9 +23,8 @@ pub(super) fn bind(gpu: &Gpu, parts: &SolverParts, solver: &SolverBuffers) -> Re
             &solver.solved,
             &solver.solve_index,
             &solver.starts,
-            &solver.node_counts,
-            &solver.entries,
-            &solver.entry_joints,
+            &solver.shared_ends,
+            &solver.shared_entries,
             &solver.weights,
             &solver.points,
             &solver.gradients,

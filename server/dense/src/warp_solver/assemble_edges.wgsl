@@ -11,24 +11,24 @@
 @group(0) @binding(4) var<storage, read> solved: array<u32>;
 @group(0) @binding(5) var<storage, read> solve_index: array<u32>;
 @group(0) @binding(6) var<storage, read> starts: array<u32>;
-@group(0) @binding(7) var<storage, read> node_counts: array<u32>;
-@group(0) @binding(8) var<storage, read> entries: array<u32>;
-// per entry, five bits for each corner: the edge that leads there
-@group(0) @binding(9) var<storage, read> entry_joints: array<u32>;
-@group(0) @binding(10) var<storage, read> weights: array<vec4<f32>>;
-@group(0) @binding(11) var<storage, read> points: array<vec4<f32>>;
-@group(0) @binding(12) var<storage, read> gradients: array<vec4<f32>>;
-@group(0) @binding(13) var<storage, read_write> blocks: array<vec4<f32>>;
+// see list_joints.wgsl
+@group(0) @binding(7) var<storage, read> shared_ends: array<u32>;
+@group(0) @binding(8) var<storage, read> shared_entries: array<u32>;
+@group(0) @binding(9) var<storage, read> weights: array<vec4<f32>>;
+@group(0) @binding(10) var<storage, read> points: array<vec4<f32>>;
+@group(0) @binding(11) var<storage, read> gradients: array<vec4<f32>>;
+@group(0) @binding(12) var<storage, read_write> blocks: array<vec4<f32>>;
 
 fn arm_mm(point: vec3<f32>, slot: u32) -> vec4<f32> {
     return vec4<f32>(MM * (point - node_point(nodes[slot])), 1.0);
 }
 
-// The corner that an edge leads to, 4 where it leads to none.
-fn corner_at(joint: u32, edge: u32) -> u32 {
-    let edges_to = (vec4<u32>(joint) >> vec4<u32>(0u, 5u, 10u, 15u)) & vec4<u32>(31u);
-    let found = select(vec4<u32>(4u), vec4<u32>(0u, 1u, 2u, 3u), edges_to == vec4<u32>(edge));
-    return min(min(found.x, found.y), min(found.z, found.w));
+// Where the list of an edge begins.
+fn shared_start(index: u32, slot: u32) -> u32 {
+    if index % EDGES == 0u {
+        return 3u * starts[slot];
+    }
+    return shared_ends[index - 1u];
 }
 
 @compute @workgroup_size(64)
@@ -43,13 +43,10 @@ fn assemble_edges(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var block: array<vec4<f32>, EDGE>;
-    for (var i = starts[slot]; i < starts[slot] + node_counts[slot]; i++) {
-        let corner = corner_at(entry_joints[i], id.x % EDGES);
-        if corner == 4u {
-            continue;
-        }
-        let residual = entries[i] / 4u;
-        let shared_weight = weights[residual][entries[i] % 4u] * weights[residual][corner];
+    for (var i = shared_start(id.x, slot); i < shared_ends[id.x]; i++) {
+        let entry = shared_entries[i] / 4u;
+        let residual = entry / 4u;
+        let shared_weight = weights[residual][entry % 4u] * weights[residual][shared_entries[i] % 4u];
         let scale = shared_weight * gradients[residual].w;
         if scale == 0.0 {
             continue;

@@ -93,7 +93,7 @@ pub(crate) struct SolverBuffers {
     pub listed: GpuBuffer<u32>,
     pub entries: GpuBuffer<u32>,
     pub joints: GpuBuffer<u32>,
-    pub entry_joints: GpuBuffer<u32>,
+    pub shared_entries: GpuBuffer<u32>,
     // per node slot and run of residuals: counts, then offsets
     pub run_counts: GpuBuffer<u32>,
     // per node slot
@@ -104,6 +104,7 @@ pub(crate) struct SolverBuffers {
     pub starts: GpuBuffer<u32>,
     // per solved node
     pub solved: GpuBuffer<u32>,
+    pub shared_ends: GpuBuffer<u32>,
     pub blocks: GpuBuffer<Row>,
     pub own_blocks: GpuBuffer<Row>,
     pub border: GpuBuffer<Row>,
@@ -148,7 +149,8 @@ impl SolverBuffers {
             listed: gpu.storage("listed residuals", 4 * residuals)?,
             entries: gpu.storage("sorted residuals", 4 * residuals)?,
             joints: gpu.storage("residual joints", 4 * residuals)?,
-            entry_joints: gpu.storage("sorted joints", 4 * residuals)?,
+            shared_entries: gpu.storage("shared residuals", 12 * residuals)?,
+            shared_ends: gpu.storage("shared residual ends", EDGES * solved)?,
             run_counts: gpu.storage("node residuals by run", RUNS * nodes)?,
             node_counts: gpu.storage("node residuals", nodes)?,
             marks: gpu.storage("marked nodes", nodes)?,

@@ -29,6 +29,7 @@ mod decide;
 mod evaluate;
 mod finish_warp;
 mod linearise;
+mod list_joints;
 mod list_residuals;
 mod mark_solved;
 mod multiply;
@@ -56,13 +57,14 @@ use gpu::{BoundKernel, FrameRecorder, Gpu, GpuError, KernelDeclaration, Stage};
 use crate::node_graph::EDGES;
 
 /// The kernels of this folder.
-pub(crate) const KERNELS: [KernelDeclaration; 21] = [
+pub(crate) const KERNELS: [KernelDeclaration; 22] = [
     bind_residuals::DECLARATION,
     offset_runs::DECLARATION,
     mark_solved::DECLARATION,
     plan_solve::DECLARATION,
     list_residuals::DECLARATION,
     sort_residuals::DECLARATION,
+    list_joints::DECLARATION,
     linearise::DECLARATION,
     assemble_edges::DECLARATION,
     assemble_nodes::DECLARATION,
@@ -113,6 +115,7 @@ struct Passes {
     plan: BoundKernel,
     list: BoundKernel,
     sort: BoundKernel,
+    joints: BoundKernel,
     linearise: BoundKernel,
     edges: BoundKernel,
     nodes: BoundKernel,
@@ -174,7 +177,8 @@ impl WarpSolver {
         stage.run(&self.passes.mark, [self.node_slots, 1, 1])?;
         stage.run(&self.passes.plan, [1, 1, 1])?;
         stage.run(&self.passes.list, [residuals, 1, 1])?;
-        stage.run(&self.passes.sort, [4 * residuals, 1, 1])
+        stage.run(&self.passes.sort, [4 * residuals, 1, 1])?;
+        stage.run(&self.passes.joints, [self.settings.room, 1, 1])
     }
 
     /// One step of Levenberg-Marquardt.
@@ -210,6 +214,7 @@ impl Passes {
             plan: plan_solve::bind(gpu, solver)?,
             list: list_residuals::bind(gpu, parts, solver)?,
             sort: sort_residuals::bind(gpu, solver)?,
+            joints: list_joints::bind(gpu, solver)?,
             linearise: linearise::bind(gpu, parts, solver)?,
             edges: assemble_edges::bind(gpu, parts, solver)?,
             nodes: assemble_nodes::bind(gpu, parts, solver)?,

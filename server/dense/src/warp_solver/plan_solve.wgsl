@@ -1,6 +1,6 @@
 #import surfel
 #import graph
-// Numbers the solved nodes in the order of their slots, lays their lists of residuals one behind the other, and resets
+// Numbers the solved nodes, first those that a residual touches, in the order of their slots; lays their lists of residuals one behind the other, and resets
 // the state. One workgroup: each of its invocations has a run of slots to itself.
 
 @group(0) @binding(0) var<uniform> settings: SolverSettings;
@@ -13,15 +13,22 @@
 
 const RUNS: u32 = 256u;
 
-// per invocation: marked nodes, residuals, observed nodes
+// per invocation: observed nodes, marked ones that are not, residuals
 var<workgroup> sums: array<vec3<u32>, RUNS>;
+
+// What one slot adds to these.
+fn share_of(slot: u32) -> vec3<u32> {
+    let observed = node_counts[slot] > 0u;
+    let marked = marks[slot] != 0u;
+    return vec3<u32>(select(0u, 1u, observed && marked), select(0u, 1u, marked && !observed), node_counts[slot]);
+}
 
 @compute @workgroup_size(RUNS)
 fn plan_solve(@builtin(local_invocation_index) run: u32) {
     let slots = arrayLength(&marks) / RUNS;
     var own = vec3<u32>(0u);
     for (var slot = run * slots; slot < (run + 1u) * slots; slot++) {
-        own += vec3<u32>(marks[slot], node_counts[slot], min(node_counts[slot], 1u));
+        own += share_of(slot);
     }
     sums[run] = own;
     workgroupBarrier();
@@ -32,16 +39,18 @@ fn plan_solve(@builtin(local_invocation_index) run: u32) {
         total += sums[other];
     }
     for (var slot = run * slots; slot < (run + 1u) * slots; slot++) {
-        let chosen = marks[slot] != 0u && before.x < settings.room;
-        solve_index[slot] = select(NO_NODE, before.x, chosen);
-        starts[slot] = before.y;
+        let share = share_of(slot);
+        let number = select(total.x + before.y, before.x, share.x != 0u);
+        let chosen = share.x + share.y != 0u && number < settings.room;
+        solve_index[slot] = select(NO_NODE, number, chosen);
+        starts[slot] = before.z;
         if chosen {
-            solved[before.x] = slot;
+            solved[number] = slot;
         }
-        before += vec3<u32>(marks[slot], node_counts[slot], 0u);
+        before += share;
     }
     if run == 0u {
-        reset_state(min(total.x, settings.room), total.z);
+        reset_state(min(total.x + total.y, settings.room), total.x);
     }
 }
 

@@ -8,10 +8,10 @@ use super::SolverBuffers;
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "sort_residuals",
     concat!(include_str!("sort_residuals.wgsl"), include_str!("solver.wgsl")),
-    &[Uniform, Read, Read, Read, Read, ReadWrite, Read, Read, ReadWrite],
+    &[Uniform, Read, Read, Read, Read, ReadWrite, Read],
 );
 
-/// Reads `listed` and `joints`, writes them in order: `entries`, `entry_joints`.
+/// Reads `listed`, writes `entries`.
 pub(super) fn bind(gpu: &Gpu, solver: &SolverBuffers) -> Result<BoundKernel, GpuError> {
     gpu.kernel(&DECLARATION)?.bind(
         gpu,
@@ -23,8 +23,6 @@ pub(super) fn bind(gpu: &Gpu, solver: &SolverBuffers) -> Result<BoundKernel, Gpu
             &solver.listed,
             &solver.entries,
             &solver.run_counts,
-            &solver.joints,
-            &solver.entry_joints,
         ],
     )
 }

@@ -11,9 +11,6 @@
 @group(0) @binding(5) var<storage, read_write> entries: array<u32>;
 // per node and run: where the run begins in the node's list
 @group(0) @binding(6) var<storage, read> runs: array<u32>;
-@group(0) @binding(7) var<storage, read> joints: array<u32>;
-// the joint of each entry
-@group(0) @binding(8) var<storage, read_write> entry_joints: array<u32>;
 
 @compute @workgroup_size(64)
 fn sort_residuals(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -37,5 +34,4 @@ fn sort_residuals(@builtin(global_invocation_id) id: vec3<u32>) {
         smaller += select(0u, 1u, listed[i] < entry);
     }
     entries[first + smaller] = entry;
-    entry_joints[first + smaller] = joints[entry];
 }
