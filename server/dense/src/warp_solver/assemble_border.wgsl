@@ -28,15 +28,20 @@ fn factors(residual: u32) -> array<f32, COLUMNS> {
     return array<f32, COLUMNS>(in_camera[residual].w, normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
 }
 
-// Gradient of E_rot, E_reg and rest: row `axis`.
-fn own_gradient(slot: u32, axis: u32) -> vec4<f32> {
+// Gradient of E_rot, E_reg and rest: a row for each axis.
+fn own_gradient(slot: u32) -> array<vec4<f32>, 3> {
     let a = rows_of(state.present, slot);
-    var row = vec4<f32>(settings.w_rest_turn * turn_residual(a, axis), settings.w_rest * a[axis].w);
+    var rows: array<vec4<f32>, 3>;
+    for (var axis = 0u; axis < 3u; axis++) {
+        rows[axis] = vec4<f32>(settings.w_rest_turn * turn_residual(a, axis), settings.w_rest * a[axis].w);
+    }
     for (var p = 0u; p < 3u; p++) {
         for (var q = p; q < 3u; q++) {
             let residual = settings.w_rot * rotation_residual(a, p, q);
-            row[p] += residual * a[axis][q];
-            row[q] += residual * a[axis][p];
+            for (var axis = 0u; axis < 3u; axis++) {
+                rows[axis][p] += residual * a[axis][q];
+                rows[axis][q] += residual * a[axis][p];
+            }
         }
     }
     for (var edge = 0u; edge < EDGES; edge++) {
@@ -45,10 +50,14 @@ fn own_gradient(slot: u32, axis: u32) -> vec4<f32> {
             break;
         }
         let arm = vec4<f32>(MM * (node_point(nodes[other]) - node_point(nodes[slot])), 1.0);
-        row += settings.w_reg * edge_residual(state.present, slot, other)[axis] * arm;
-        row.w -= settings.w_reg * edge_residual(state.present, other, slot)[axis];
+        let outward = settings.w_reg * edge_residual(state.present, slot, other);
+        let inward = settings.w_reg * edge_residual(state.present, other, slot);
+        for (var axis = 0u; axis < 3u; axis++) {
+            rows[axis] += outward[axis] * arm;
+            rows[axis].w -= inward[axis];
+        }
     }
-    return row;
+    return rows;
 }
 
 @compute @workgroup_size(64)
@@ -73,8 +82,9 @@ fn assemble_border(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
+    let own = own_gradient(slot);
     for (var axis = 0u; axis < 3u; axis++) {
-        sums[axis] += own_gradient(slot, axis);
+        sums[axis] += own[axis];
     }
     for (var i = 0u; i < 3u * COLUMNS; i++) {
         border[COLUMN * COLUMNS * number + i] = sums[i];

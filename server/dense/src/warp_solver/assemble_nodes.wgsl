@@ -27,19 +27,21 @@ fn own_weight(residual: u32, corner: u32) -> f32 {
     return w[corner] * (w[corner] + apart.x + apart.y + apart.z + apart.w);
 }
 
-// Sum over edges of [d; 1] [d; 1]^T + e_4 e_4^T: row `component`.
-fn bending_row(slot: u32, component: u32) -> vec4<f32> {
-    var row = vec4<f32>(0.0);
+// Sum over edges of [d; 1] [d; 1]^T + e_4 e_4^T.
+fn bending_rows(slot: u32) -> array<vec4<f32>, 4> {
+    var rows: array<vec4<f32>, 4>;
     for (var edge = 0u; edge < EDGES; edge++) {
         let other = edges[EDGES * slot + edge];
         if other == NO_NODE {
             break;
         }
         let arm = vec4<f32>(MM * (node_point(nodes[other]) - node_point(nodes[slot])), 1.0);
-        row += arm[component] * arm;
-        row.w += select(0.0, 1.0, component == 3u);
+        for (var component = 0u; component < 4u; component++) {
+            rows[component] += arm[component] * arm;
+        }
+        rows[3].w += 1.0;
     }
-    return row;
+    return rows;
 }
 
 // Row of the Gauss-Newton matrix of E_rot: element (axis, column) against the columns of `other_axis`.
@@ -80,8 +82,9 @@ fn assemble_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let half = 3u * (state.present * arrayLength(&nodes) + slot);
     let rows = array<vec4<f32>, 3>(estimates[half], estimates[half + 1u], estimates[half + 2u]);
+    let bent = bending_rows(slot);
     for (var c = 0u; c < 4u; c++) {
-        var bending = settings.w_reg * bending_row(slot, c);
+        var bending = settings.w_reg * bent[c];
         bending[c] += select(settings.w_rest_turn, settings.w_rest, c == 3u);
         for (var axis = 0u; axis < 3u; axis++) {
             for (var other = 0u; other < 3u; other++) {
