@@ -7,7 +7,11 @@ use super::{SolverBuffers, SolverParts};
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "assemble_edges",
-    concat!(include_str!("assemble_edges.wgsl"), include_str!("solver.wgsl")),
+    concat!(
+        include_str!("assemble_edges.wgsl"),
+        include_str!("outer_products.wgsl"),
+        include_str!("solver.wgsl")
+    ),
     &[Uniform, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, Read, ReadWrite],
 );
 

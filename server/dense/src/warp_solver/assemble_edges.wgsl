@@ -54,12 +54,7 @@ fn assemble_edges(@builtin(global_invocation_id) id: vec3<u32>) {
         let a = gradients[residual].xyz;
         let q = arm_mm(points[residual].xyz, slot);
         let outer = scale * arm_mm(points[residual].xyz, other);
-        let pairs = array<f32, 6>(a.x * a.x, a.x * a.y, a.x * a.z, a.y * a.y, a.y * a.z, a.z * a.z);
-        for (var pair = 0u; pair < 6u; pair++) {
-            for (var c = 0u; c < 4u; c++) {
-                block[4u * pair + c] += pairs[pair] * q[c] * outer;
-            }
-        }
+        add_products(&block, a, q, outer);
     }
     let across = MM * (node_point(nodes[other]) - node_point(nodes[slot]));
     let outward = vec4<f32>(across, 1.0);

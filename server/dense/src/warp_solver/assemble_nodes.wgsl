@@ -73,12 +73,7 @@ fn assemble_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
         let scale = own_weight(residual, entries[i] % 4u) * gradients[residual].w;
         let a = gradients[residual].xyz;
         let q = vec4<f32>(MM * (points[residual].xyz - center), 1.0);
-        let pairs = array<f32, 6>(a.x * a.x, a.x * a.y, a.x * a.z, a.y * a.y, a.y * a.z, a.z * a.z);
-        for (var pair = 0u; pair < 6u; pair++) {
-            for (var c = 0u; c < 4u; c++) {
-                data[4u * pair + c] += scale * pairs[pair] * q[c] * q;
-            }
-        }
+        add_products(&data, a, q, scale * q);
     }
     let half = 3u * (state.present * arrayLength(&nodes) + slot);
     let rows = array<vec4<f32>, 3>(estimates[half], estimates[half + 1u], estimates[half + 2u]);
