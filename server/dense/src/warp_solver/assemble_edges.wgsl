@@ -31,6 +31,23 @@ fn shared_start(index: u32, slot: u32) -> u32 {
     return shared_ends[index - 1u];
 }
 
+// What E_reg adds to the block of an axis, less its sign.
+fn bending(outward: vec4<f32>, inward: vec4<f32>) -> mat4x4<f32> {
+    var rows = mat4x4<f32>();
+    rows[0].w = settings.w_reg * outward.x;
+    rows[1].w = settings.w_reg * outward.y;
+    rows[2].w = settings.w_reg * outward.z;
+    rows[3] = settings.w_reg * (inward + vec4<f32>(0.0, 0.0, 0.0, outward.w));
+    return rows;
+}
+
+fn store(first: u32, rows: mat4x4<f32>) {
+    blocks[first] = rows[0];
+    blocks[first + 1u] = rows[1];
+    blocks[first + 2u] = rows[2];
+    blocks[first + 3u] = rows[3];
+}
+
 @compute @workgroup_size(64)
 fn assemble_edges(@builtin(global_invocation_id) id: vec3<u32>) {
     let number = id.x / EDGES;
@@ -58,14 +75,11 @@ fn assemble_edges(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let across = MM * (node_point(nodes[other]) - node_point(nodes[slot]));
     let outward = vec4<f32>(across, 1.0);
-    for (var axis = 0u; axis < 3u; axis++) {
-        let first = 4u * axes(axis, axis);
-        for (var c = 0u; c < 4u; c++) {
-            block[first + c].w -= settings.w_reg * outward[c];
-        }
-        block[first + 3u] -= settings.w_reg * vec4<f32>(-across, 1.0);
-    }
-    for (var i = 0u; i < EDGE; i++) {
-        blocks[EDGE * id.x + i] = block[i];
-    }
+    let inward = vec4<f32>(-across, 1.0);
+    store(EDGE * id.x, block_of(&block, 0u) - bending(outward, inward));
+    store(EDGE * id.x + 4u, block_of(&block, 4u));
+    store(EDGE * id.x + 8u, block_of(&block, 8u));
+    store(EDGE * id.x + 12u, block_of(&block, 12u) - bending(outward, inward));
+    store(EDGE * id.x + 16u, block_of(&block, 16u));
+    store(EDGE * id.x + 20u, block_of(&block, 20u) - bending(outward, inward));
 }

@@ -28,28 +28,23 @@ fn own_weight(residual: u32, corner: u32) -> f32 {
 }
 
 // Sum over edges of [d; 1] [d; 1]^T + e_4 e_4^T.
-fn bending_rows(slot: u32) -> array<vec4<f32>, 4> {
-    var rows: array<vec4<f32>, 4>;
+fn bending_rows(slot: u32) -> mat4x4<f32> {
+    var rows = mat4x4<f32>();
     for (var edge = 0u; edge < EDGES; edge++) {
         let other = edges[EDGES * slot + edge];
         if other == NO_NODE {
             break;
         }
         let arm = vec4<f32>(MM * (node_point(nodes[other]) - node_point(nodes[slot])), 1.0);
-        for (var component = 0u; component < 4u; component++) {
-            rows[component] += arm[component] * arm;
-        }
+        rows += mat4x4<f32>(arm.x * arm, arm.y * arm, arm.z * arm, arm);
         rows[3].w += 1.0;
     }
     return rows;
 }
 
-// Row of the Gauss-Newton matrix of E_rot: element (axis, column) against the columns of `other_axis`.
+// Row of the Gauss-Newton matrix of E_rot: element (axis, column) against the columns of `other_axis`; none for `t`.
 fn rotation_row(a: array<vec4<f32>, 3>, axis: u32, column: u32, other_axis: u32) -> vec4<f32> {
     var row = vec4<f32>(0.0);
-    if column == 3u {
-        return row;
-    }
     for (var q = 0u; q < 3u; q++) {
         // residual of the columns (column, q): its derivative by (axis, column) is a[axis][q], twice that where q = column
         let own = a[axis][q] * select(1.0, 2.0, q == column);
@@ -57,6 +52,15 @@ fn rotation_row(a: array<vec4<f32>, 3>, axis: u32, column: u32, other_axis: u32)
         row[q] += own * a[other_axis][column];
     }
     return row;
+}
+
+// Writes what two axes have with each other, and adds E_rot.
+fn store(number: u32, pair: vec2<u32>, block: mat4x4<f32>, a: array<vec4<f32>, 3>) {
+    let first = OWN * number + 12u * pair.x + pair.y;
+    own_blocks[first] = block[0] + settings.w_rot * rotation_row(a, pair.x, 0u, pair.y);
+    own_blocks[first + 3u] = block[1] + settings.w_rot * rotation_row(a, pair.x, 1u, pair.y);
+    own_blocks[first + 6u] = block[2] + settings.w_rot * rotation_row(a, pair.x, 2u, pair.y);
+    own_blocks[first + 9u] = block[3];
 }
 
 @compute @workgroup_size(64)
@@ -77,16 +81,21 @@ fn assemble_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let half = 3u * (state.present * arrayLength(&nodes) + slot);
     let rows = array<vec4<f32>, 3>(estimates[half], estimates[half + 1u], estimates[half + 2u]);
-    let bent = bending_rows(slot);
-    for (var c = 0u; c < 4u; c++) {
-        var bending = settings.w_reg * bent[c];
-        bending[c] += select(settings.w_rest_turn, settings.w_rest, c == 3u);
-        for (var axis = 0u; axis < 3u; axis++) {
-            for (var other = 0u; other < 3u; other++) {
-                let own = data[4u * axes(axis, other) + c] + settings.w_rot * rotation_row(rows, axis, c, other);
-                own_blocks[OWN * number + 3u * (4u * axis + c) + other] =
-                    own + select(vec4<f32>(0.0), bending, axis == other);
-            }
-        }
-    }
+    var own = settings.w_reg * bending_rows(slot);
+    own[0].x += settings.w_rest_turn;
+    own[1].y += settings.w_rest_turn;
+    own[2].z += settings.w_rest_turn;
+    own[3].w += settings.w_rest;
+    let xy = block_of(&data, 4u);
+    let xz = block_of(&data, 8u);
+    let yz = block_of(&data, 16u);
+    store(number, vec2<u32>(0u, 0u), block_of(&data, 0u) + own, rows);
+    store(number, vec2<u32>(0u, 1u), xy, rows);
+    store(number, vec2<u32>(0u, 2u), xz, rows);
+    store(number, vec2<u32>(1u, 0u), xy, rows);
+    store(number, vec2<u32>(1u, 1u), block_of(&data, 12u) + own, rows);
+    store(number, vec2<u32>(1u, 2u), yz, rows);
+    store(number, vec2<u32>(2u, 0u), xz, rows);
+    store(number, vec2<u32>(2u, 1u), yz, rows);
+    store(number, vec2<u32>(2u, 2u), block_of(&data, 20u) + own, rows);
 }
