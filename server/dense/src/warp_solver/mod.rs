@@ -12,11 +12,12 @@
 //! # Order of sums
 //!
 //! Residuals are listed by node once per frame and sorted within each list, so each sum runs in one order, in one
-//! invocation; sums over all nodes run over fixed strides. There is no floating-point atomic.
+//! invocation; sums over all nodes run over fixed strides. There is no floating-point atomic. An entry's place is found by
+//! comparing it with those of its run of residuals alone, and each edge has a list of its own of what its two nodes share.
 //!
 //! # Dispatches
 //!
-//! 5 to set up, 9 + 4 `descent_steps` per step of Levenberg-Marquardt, 1 to finish.
+//! 7 to set up, 11 + 4 `descent_steps` per step of Levenberg-Marquardt, 1 to finish.
 
 mod advance;
 mod assemble_border;
