@@ -74,12 +74,11 @@ fn assemble_edges(@builtin(global_invocation_id) id: vec3<u32>) {
         add_products(&block, a, q, outer);
     }
     let across = MM * (node_point(nodes[other]) - node_point(nodes[slot]));
-    let outward = vec4<f32>(across, 1.0);
-    let inward = vec4<f32>(-across, 1.0);
-    store(EDGE * id.x, block_of(&block, 0u) - bending(outward, inward));
+    let bent = bending(vec4<f32>(across, 1.0), vec4<f32>(-across, 1.0));
+    store(EDGE * id.x, block_of(&block, 0u) - bent);
     store(EDGE * id.x + 4u, block_of(&block, 4u));
     store(EDGE * id.x + 8u, block_of(&block, 8u));
-    store(EDGE * id.x + 12u, block_of(&block, 12u) - bending(outward, inward));
+    store(EDGE * id.x + 12u, block_of(&block, 12u) - bent);
     store(EDGE * id.x + 16u, block_of(&block, 16u));
-    store(EDGE * id.x + 20u, block_of(&block, 20u) - bending(outward, inward));
+    store(EDGE * id.x + 20u, block_of(&block, 20u) - bent);
 }
