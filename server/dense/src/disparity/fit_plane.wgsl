@@ -72,43 +72,63 @@ fn span_at(word: u32, y: i32) -> Span {
     return span;
 }
 
-// Adds the neighbours at (x, y) that lie within `gate` of the plane; disparities count from `origin`.
-fn add(sums: ptr<function, Sums>, plane: Plane, origin: vec4<f32>, gate: f32, at: vec2<f32>, values: vec4<f32>) {
-    let residual = values - (plane.value + plane.slope_x * at.x + plane.slope_y * at.y);
-    let weight = select(vec4<f32>(0.0), vec4<f32>(1.0), abs(residual) <= vec4<f32>(gate));
-    let value = select(vec4<f32>(0.0), values - origin, abs(residual) <= vec4<f32>(gate));
+// Sums along a row of the window.
+struct RowSums {
+    n: vec4<f32>,
+    x: vec4<f32>,
+    xx: vec4<f32>,
+    d: vec4<f32>,
+    xd: vec4<f32>,
+    dd: vec4<f32>,
+}
+
+// Adds the neighbours `x` columns on that lie within `gate` of the plane; disparities count from the plane's value at
+// the centre, as `plane_here`, its value in this row, does.
+fn add(sums: ptr<function, RowSums>, plane_here: vec4<f32>, plane: Plane, gate: f32, x: f32, values: vec4<f32>) {
+    let off = values - plane.value;
+    let inside = abs(off - (plane_here + plane.slope_x * x)) <= vec4<f32>(gate);
+    let weight = select(vec4<f32>(0.0), vec4<f32>(1.0), inside);
+    let value = select(vec4<f32>(0.0), off, inside);
     (*sums).n += weight;
-    (*sums).x += weight * at.x;
-    (*sums).y += weight * at.y;
-    (*sums).xx += weight * (at.x * at.x);
-    (*sums).xy += weight * (at.x * at.y);
-    (*sums).yy += weight * (at.y * at.y);
+    (*sums).x += weight * x;
+    (*sums).xx += weight * (x * x);
     (*sums).d += value;
-    (*sums).xd += value * at.x;
-    (*sums).yd += value * at.y;
+    (*sums).xd += value * x;
     (*sums).dd += value * value;
 }
 
-fn gather(word: u32, y: i32, plane: Plane, origin: vec4<f32>, gate: f32) -> Sums {
+fn gather(word: u32, y: i32, plane: Plane, gate: f32) -> Sums {
     let zero = vec4<f32>(0.0);
     var sums = Sums(zero, zero, zero, zero, zero, zero, zero, zero, zero, zero);
     for (var dy = -4; dy <= 4; dy++) {
         let s = span_at(word, y + dy);
         let v = f32(dy);
-        add(&sums, plane, origin, gate, vec2<f32>(-4.0, v), s.west);
-        add(&sums, plane, origin, gate, vec2<f32>(-3.0, v), vec4<f32>(s.west.yzw, s.here.x));
-        add(&sums, plane, origin, gate, vec2<f32>(-2.0, v), vec4<f32>(s.west.zw, s.here.xy));
-        add(&sums, plane, origin, gate, vec2<f32>(-1.0, v), vec4<f32>(s.west.w, s.here.xyz));
-        add(&sums, plane, origin, gate, vec2<f32>(0.0, v), s.here);
-        add(&sums, plane, origin, gate, vec2<f32>(1.0, v), vec4<f32>(s.here.yzw, s.east.x));
-        add(&sums, plane, origin, gate, vec2<f32>(2.0, v), vec4<f32>(s.here.zw, s.east.xy));
-        add(&sums, plane, origin, gate, vec2<f32>(3.0, v), vec4<f32>(s.here.w, s.east.xyz));
-        add(&sums, plane, origin, gate, vec2<f32>(4.0, v), s.east);
+        let here = plane.slope_y * v;
+        var row = RowSums(zero, zero, zero, zero, zero, zero);
+        add(&row, here, plane, gate, -4.0, s.west);
+        add(&row, here, plane, gate, -3.0, vec4<f32>(s.west.yzw, s.here.x));
+        add(&row, here, plane, gate, -2.0, vec4<f32>(s.west.zw, s.here.xy));
+        add(&row, here, plane, gate, -1.0, vec4<f32>(s.west.w, s.here.xyz));
+        add(&row, here, plane, gate, 0.0, s.here);
+        add(&row, here, plane, gate, 1.0, vec4<f32>(s.here.yzw, s.east.x));
+        add(&row, here, plane, gate, 2.0, vec4<f32>(s.here.zw, s.east.xy));
+        add(&row, here, plane, gate, 3.0, vec4<f32>(s.here.w, s.east.xyz));
+        add(&row, here, plane, gate, 4.0, s.east);
+        sums.n += row.n;
+        sums.x += row.x;
+        sums.y += v * row.n;
+        sums.xx += row.xx;
+        sums.xy += v * row.x;
+        sums.yy += (v * v) * row.n;
+        sums.d += row.d;
+        sums.xd += row.xd;
+        sums.yd += v * row.d;
+        sums.dd += row.dd;
     }
     return sums;
 }
 
-// Least squares; where the inliers do not span a plane, `n` is set to zero.
+// Least squares through disparities that count from `origin`; where the inliers do not span a plane, `n` is set to zero.
 fn solve(sums: ptr<function, Sums>, origin: vec4<f32>) -> Plane {
     let n = max((*sums).n, vec4<f32>(1.0));
     let xx = (*sums).xx - (*sums).x * (*sums).x / n;
@@ -139,10 +159,10 @@ fn residual_rms(sums: Sums, plane: Plane) -> vec4<f32> {
 fn hole_values(word: u32, y: i32) -> vec4<f32> {
     let far = vec4<f32>(0.0);
     let anything = Plane(far, far, far);
-    let sums = gather(word, y, anything, far, 1.0e5);
+    let sums = gather(word, y, anything, 1.0e5);
     let n = max(sums.n, vec4<f32>(1.0));
     let mean = sums.d / n;
-    let inside = gather(word, y, Plane(mean, far, far), mean, 2.0 * fit.first_gate);
+    let inside = gather(word, y, Plane(mean, far, far), 2.0 * fit.first_gate);
     let fillable = (sums.n >= vec4<f32>(fit.fill_share_min * WINDOW)) & (inside.n == sums.n);
     return select(vec4<f32>(NO_DISPARITY), mean, fillable);
 }
@@ -162,10 +182,10 @@ fn fit_plane(@builtin(global_invocation_id) id: vec3<u32>) {
         origin = select(own, hole_values(id.x, y), hole);
     }
     let flat = vec4<f32>(0.0);
-    var first = gather(id.x, y, Plane(origin, flat, flat), origin, fit.first_gate);
+    var first = gather(id.x, y, Plane(origin, flat, flat), fit.first_gate);
     let first_plane = solve(&first, origin);
-    var sums = gather(id.x, y, first_plane, origin, fit.second_gate);
-    let plane = solve(&sums, origin);
+    var sums = gather(id.x, y, first_plane, fit.second_gate);
+    let plane = solve(&sums, first_plane.value);
     let residual = residual_rms(sums, plane);
     let stays = hole | (abs(plane.value - own) <= vec4<f32>(fit.shift_max));
     let good = (origin != none) & (first.n > flat) & (sums.n > flat) & stays;

@@ -94,14 +94,12 @@ impl ElasPlanes {
         let images = Images::new(gpu, &whole)?;
         let elas = Elas::new(gpu, input, whole, &images, config)?;
         let fit_plane = fit_plane::bind(gpu, &images, input.left(), &PlaneFit::new(config))?;
-        let targets = gpu.storage("patch targets", whole.pixels())?;
         let views = Views { eyes: input.eyes(), size: input.size(), cell: 1 };
-        let planes = (&images.planes, &targets);
         // coarser levels leave less for the last one to get wrong than a single level does
         let patch = PatchConfig { noise_levels: config.elas.patch_noise_levels, ..config.patch.clone() };
         let refined = DisparityConfig { patch, ..config.clone() };
         let rounds = config.elas.patch_rounds;
-        let refinement = Refinement::new(gpu, views, &whole, planes, rounds, &refined)?;
+        let refinement = Refinement::new(gpu, views, &whole, &images.planes, rounds, &refined)?;
         Ok(Self { whole, images, elas, fit_plane, refinement })
     }
 

@@ -4,12 +4,17 @@ use bytemuck::{Pod, Zeroable};
 use gpu::Binding::{Read, ReadWrite, Uniform};
 use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 
+use super::aim_patch::PatchTarget;
 use crate::disparity::PatchConfig;
 use crate::disparity::band::Band;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "fit_patch",
-    concat!(include_str!("fit_patch.wgsl"), include_str!("../common.wgsl")),
+    concat!(
+        include_str!("fit_patch.wgsl"),
+        include_str!("patch_targets.wgsl"),
+        include_str!("../common.wgsl")
+    ),
     &[Uniform, Uniform, Read, ReadWrite],
 );
 
@@ -47,7 +52,7 @@ pub(super) fn bind(
     gpu: &Gpu,
     whole: &GpuBuffer<Band>,
     patch: &Patch,
-    targets: &GpuBuffer<[f32; 4]>,
+    targets: &GpuBuffer<PatchTarget>,
     planes: &GpuBuffer<[f32; 4]>,
 ) -> Result<BoundKernel, GpuError> {
     let patch = gpu.uniform("patch", patch)?;

@@ -49,16 +49,14 @@ impl FinerLevel {
     ) -> Result<Self, DenseError> {
         let uniform = gpu.uniform("level", &whole)?;
         let planes = gpu.storage("disparity planes", whole.pixels())?;
-        let targets = gpu.storage("patch targets", whole.pixels())?;
         let is_matched = index >= config.narrow.finest_level;
         let band =
             is_matched.then(|| BandMatch::new(gpu, eyes, (whole, index), &planes, config)).transpose()?;
         // the image itself has already shown all it can at the level above
         let rounds = if is_matched { config.patch.finer_rounds } else { 0 };
-        let buffers = (&planes, &targets);
         Ok(Self {
             descend: descend::bind(gpu, &uniform, coarse_size, coarse, &planes)?,
-            refinement: Refinement::new(gpu, views, &whole, buffers, rounds, config)?,
+            refinement: Refinement::new(gpu, views, &whole, &planes, rounds, config)?,
             band,
             planes,
             whole,

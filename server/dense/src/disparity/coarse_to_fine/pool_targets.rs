@@ -4,11 +4,16 @@ use bytemuck::{Pod, Zeroable};
 use gpu::Binding::{Read, ReadWrite, Uniform};
 use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 
+use super::aim_patch::PatchTarget;
 use crate::disparity::band::Band;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "pool_targets",
-    concat!(include_str!("pool_targets.wgsl"), include_str!("../common.wgsl")),
+    concat!(
+        include_str!("pool_targets.wgsl"),
+        include_str!("patch_targets.wgsl"),
+        include_str!("../common.wgsl")
+    ),
     &[Uniform, Uniform, Read, Read, ReadWrite],
 );
 
@@ -25,8 +30,8 @@ pub(super) fn bind(
     gpu: &Gpu,
     whole: &GpuBuffer<Band>,
     gate_px: f64,
-    (targets, planes): (&GpuBuffer<[f32; 4]>, &GpuBuffer<[f32; 4]>),
-    pooled: &GpuBuffer<[f32; 4]>,
+    (targets, planes): (&GpuBuffer<PatchTarget>, &GpuBuffer<[f32; 4]>),
+    pooled: &GpuBuffer<PatchTarget>,
 ) -> Result<BoundKernel, GpuError> {
     let pool = gpu.uniform("pool", &Pool { gate: gate_px as f32, padding: [0.0; 3] })?;
     gpu.kernel(&DECLARATION)?.bind(gpu, &[whole, &pool, targets, planes, pooled])

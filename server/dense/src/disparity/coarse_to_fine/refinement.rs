@@ -13,6 +13,7 @@ use crate::disparity::{DisparityConfig, DisparityRange};
 #[derive(Debug)]
 pub(in crate::disparity) struct Refinement {
     grid: [u32; 3],
+    blocks: [u32; 3],
     strips: [u32; 3],
     high_pass: [BoundKernel; 2],
     aim: BoundKernel,
@@ -22,12 +23,12 @@ pub(in crate::disparity) struct Refinement {
 }
 
 impl Refinement {
-    /// Of `planes` in the grid `whole`; `targets` holds one element for each.
+    /// Of `planes` in the grid `whole`.
     pub fn new(
         gpu: &Gpu,
         views: Views,
         whole: &Band,
-        (planes, targets): (&GpuBuffer<[f32; 4]>, &GpuBuffer<[f32; 4]>),
+        planes: &GpuBuffer<[f32; 4]>,
         rounds: u32,
         config: &DisparityConfig,
     ) -> Result<Self, GpuError> {
@@ -36,16 +37,25 @@ impl Refinement {
         let of_image = gpu.uniform("views", &image)?;
         let passed =
             [gpu.storage("left high pass", image.pixels())?, gpu.storage("right high pass", image.pixels())?];
+        let targets = &gpu.storage("patch targets", whole.pixels())?;
         let pooled = gpu.storage("pooled patch targets", whole.pixels())?;
         let patch = Patch::new(&config.patch);
         Ok(Self {
             grid: [whole.width, whole.height, 1],
+            blocks: [whole.width.div_ceil(2), whole.height.div_ceil(2), 1],
             strips: [image.words, image.height.div_ceil(ROWS), 1],
             high_pass: [
-                high_pass::bind(gpu, &of_image, &views.eyes.left.grey, &passed[0])?,
-                high_pass::bind(gpu, &of_image, &views.eyes.right.grey, &passed[1])?,
+                high_pass::bind(gpu, &of_image, views.eyes.left, &passed[0])?,
+                high_pass::bind(gpu, &of_image, views.eyes.right, &passed[1])?,
             ],
-            aim: aim_patch::bind(gpu, &uniform, &config.patch, (views, &passed), (planes, targets))?,
+            aim: aim_patch::bind(
+                gpu,
+                &uniform,
+                &config.patch,
+                (views.size, views.cell),
+                &passed,
+                (planes, targets),
+            )?,
             pool: pool_targets::bind(gpu, &uniform, config.patch.gate_px, (targets, planes), &pooled)?,
             fit: fit_patch::bind(gpu, &uniform, &patch, &pooled, planes)?,
             rounds,
@@ -62,8 +72,8 @@ impl Refinement {
         frame.stage("patch refinement", |stage| {
             (0..self.rounds).try_for_each(|_| {
                 stage.run(&self.aim, self.grid)?;
-                stage.run(&self.pool, self.grid)?;
-                stage.run(&self.fit, self.grid)
+                stage.run(&self.pool, self.blocks)?;
+                stage.run(&self.fit, self.blocks)
             })
         })
     }

@@ -34,9 +34,9 @@ impl Search {
     ) -> Result<Self, DenseError> {
         let config = DisparityConfig { filter: at_level(&config.filter, level), ..config.clone() };
         let images = Images::new(gpu, &whole)?;
-        let targets = gpu.storage("patch targets", whole.pixels())?;
+        let filled = gpu.storage("filled planes", whole.pixels())?;
         let strides = if level == 0 { &[][..] } else { &STRIDES[..] };
-        let between = [&images.planes, &targets];
+        let between = [&images.planes, &filled];
         let fill = strides.iter().enumerate().map(|(run, &stride)| {
             let (source, filled) = (between[run % 2], between[(run + 1) % 2]);
             fill_holes::bind(gpu, &images.whole, stride, source, filled)
@@ -49,7 +49,7 @@ impl Search {
                 gpu,
                 views,
                 &whole,
-                (&images.planes, &targets),
+                &images.planes,
                 config.patch.coarse_rounds,
                 &config,
             )?,

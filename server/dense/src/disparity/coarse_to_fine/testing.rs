@@ -2,7 +2,9 @@
 
 use bytemuck::Pod;
 use gpu::GpuBuffer;
+use half::f16;
 
+use super::aim_patch::PatchTarget;
 use crate::disparity::testing::{Bench, NO_DISPARITY, config, hostile};
 use crate::disparity::{DisparityConfig, DisparityRange};
 use crate::testing::Numbers;
@@ -47,7 +49,29 @@ pub fn known(disparity: f32) -> bool {
     disparity > -1.0e5
 }
 
+/// What a cell that knows nothing asks for.
+pub fn silence() -> PatchTarget {
+    asked(NO_DISPARITY, 0.0, 0.0)
+}
+
+/// As `target_of` of `patch_targets.wgsl`.
+pub fn asked(disparity: f32, step: f32, weight: f32) -> PatchTarget {
+    let halves = [step, weight.sqrt()].map(|value| u32::from(f16::from_f32(value).to_bits()));
+    PatchTarget { disparity, step_and_texture: halves[0] | halves[1] << 16 }
+}
+
+/// Step and weight, as `wish_of` of `patch_targets.wgsl`.
+pub fn wish(target: PatchTarget) -> (f64, f64) {
+    let half = |bits: u32| f64::from(f16::from_bits((bits & 0xffff) as u16));
+    (half(target.step_and_texture), half(target.step_and_texture >> 16).powi(2))
+}
+
 /// The grid's columns and rows, and one layer.
 pub fn grid(bench: &Bench) -> [u32; 3] {
     [bench.whole.width, bench.whole.height, 1]
+}
+
+/// The grid's blocks of 2 x 2.
+pub fn blocks(bench: &Bench) -> [u32; 3] {
+    grid(bench).map(|cells| cells.div_ceil(2))
 }
