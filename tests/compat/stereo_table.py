@@ -4,7 +4,8 @@
     stereo_table.py MIS_SLAM DATA [--method sgm elas] [--set 30 32 d4d] [--every N] [--keep DIR]
 
 DATA holds `bdis_synth/` and `d4d_clip/` (../shared/data). `bad>1` is the share of pixels more than one pixel off.
-Our own row and OpenCV's count the pixels that both of them match; `own` counts all that a method matches itself.
+`common` counts the pixels that both our method and OpenCV match, `in all` those that all methods match, `own` all that a
+method matches itself.
 Coverage is of the pixels at which there is a surface; `visible` is the share of those that the right eye sees too.
 """
 import argparse
@@ -96,29 +97,38 @@ def off(found, truth, where):
     return 100 * wrong[where].mean() if where.any() else float("nan")
 
 
-def synthetic_row(arguments, method, left, right, truth):
-    found, other = ours(arguments, left, right, method), opencv(left, right)
-    mine, surface = np.isfinite(found), np.isfinite(truth)
-    common = mine & np.isfinite(other)
+def synthetic_rows(arguments, left, right, truth):
+    """One row of figures for each of our methods."""
+    other = opencv(left, right)
+    all_found = [ours(arguments, left, right, method) for method in arguments.method]
+    surface = np.isfinite(truth)
+    in_all = np.logical_and.reduce([np.isfinite(found) for found in [other, *all_found]])
     share = lambda where: 100 * where[surface].mean()
-    return [off(found, truth, common), off(other, truth, common), off(found, truth, mine), share(mine),
-            100 * mine.mean(), off(other, truth, np.isfinite(other)), share(np.isfinite(other)),
-            share(seen_by_both(truth))]
+
+    def row(found):
+        mine = np.isfinite(found)
+        common = mine & np.isfinite(other)
+        return [off(found, truth, common), off(other, truth, common), off(found, truth, in_all), off(other, truth, in_all),
+                off(found, truth, mine), share(mine), 100 * mine.mean(), off(other, truth, np.isfinite(other)),
+                share(np.isfinite(other)), share(seen_by_both(truth))]
+
+    return [row(found) for found in all_found]
 
 
 def synthetic(arguments, name):
     pairs = list(synthetic_pairs(arguments.data / "bdis_synth" / name))[:: arguments.every]
     print(f"\nbdis_synth/{name}, {len(pairs)} pairs (means over the pairs, per cent)")
-    print("                            bad>1 common    bad>1 own    coverage    of all pixels")
+    print(f"{'':27}bad>1 common{'in all':>9}{'own':>9}{'coverage':>12}{'of all pixels':>17}")
     for anchor, bad, coverage in ANCHORS.get(name, []):
-        print(f"{anchor + ' (1)':27}{bad:13.1f}{'-':>13}{coverage:12d}")
-    for method in arguments.method:
-        rows = [synthetic_row(arguments, method, *pair) for pair in pairs]
-        common, theirs, own, covered, of_all, own_theirs, covered_theirs, visible = np.mean(rows, axis=0)
-        print(f"{'OpenCV SGBM HH (2)':27}{theirs:13.1f}{own_theirs:13.1f}{covered_theirs:12.1f}")
-        print(f"{'ours, ' + method + ' (2)':27}{common:13.1f}{own:13.1f}{covered:12.1f}{of_all:17.1f}")
-    print(f"{'visible in both eyes':27}{'':26}{visible:12.1f}")
-    print("(1) published rows, over the pixels valid in all three libraries; (2) over those valid in ours and in SGBM HH")
+        print(f"{anchor + ' (1)':27}{'':12}{bad:9.1f}{'-':>9}{coverage:12d}")
+    figures = np.mean([synthetic_rows(arguments, *pair) for pair in pairs], axis=0)
+    for method, row in zip(arguments.method, figures):
+        common, theirs, in_all, theirs_in_all, own, covered, of_all, own_theirs, covered_theirs, visible = row
+        print(f"{'OpenCV SGBM HH':27}{theirs:12.1f}{theirs_in_all:9.1f}{own_theirs:9.1f}{covered_theirs:12.1f}")
+        print(f"{'ours, ' + method:27}{common:12.1f}{in_all:9.1f}{own:9.1f}{covered:12.1f}{of_all:17.1f}")
+    print(f"{'visible in both eyes':27}{'':30}{visible:12.1f}")
+    print("(1) published rows, over the pixels valid in all three libraries. `common`: over those valid in ours and in\n"
+          "SGBM HH. `in all`: over those valid in SGBM HH and in each of our methods asked for, the nearest to (1).")
 
 
 def d4d(arguments):

@@ -8,7 +8,7 @@ use crate::preprocess::EyeBuffers;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "halve",
-    include_str!("halve.wgsl"),
+    concat!(include_str!("halve.wgsl"), include_str!("../common.wgsl")),
     &[Uniform, Read, Read, ReadWrite, ReadWrite, ReadWrite],
 );
 

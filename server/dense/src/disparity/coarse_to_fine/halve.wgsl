@@ -22,8 +22,23 @@ struct Halving {
 @group(0) @binding(4) var<storage, read_write> luma: array<u32>;
 @group(0) @binding(5) var<storage, read_write> masked: array<u32>;
 
-fn masked_at(x: u32, y: u32) -> u32 {
-    return (fine_masked[y * halving.fine_words + (x >> 2u)] >> (8u * (x & 3u))) & 1u;
+// Mean of the four grey values that pixel `x` of the row stands for.
+fn mean_at(x: u32, top: u32, bottom: u32) -> f32 {
+    let west = 2u * min(x, halving.width - 1u);
+    let east = min(west + 1u, halving.fine_width - 1u);
+    return 0.25 * (fine_grey[top + west] + fine_grey[top + east] + fine_grey[bottom + west] + fine_grey[bottom + east]);
+}
+
+// Of four bytes of 0 or 1 in two rows: the sums of the first and of the second two.
+fn pair_sums(top: u32, bottom: u32) -> vec2<u32> {
+    let rows = unpack_bytes(top) + unpack_bytes(bottom);
+    return vec2<u32>(rows.x + rows.y, rows.z + rows.w);
+}
+
+fn store(row: u32, x: u32, mean: f32) {
+    if (x < halving.width) {
+        grey[row + x] = mean;
+    }
 }
 
 @compute @workgroup_size(64)
@@ -33,22 +48,23 @@ fn halve(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let top = 2u * id.y;
     let bottom = min(top + 1u, halving.fine_height - 1u);
-    var luma_word = 0u;
-    var masked_word = 0u;
-    for (var lane = 0u; lane < 4u; lane++) {
-        let x = min(4u * id.x + lane, halving.width - 1u);
-        let west = 2u * x;
-        let east = min(west + 1u, halving.fine_width - 1u);
-        let mean = 0.25 * (fine_grey[top * halving.fine_width + west] + fine_grey[top * halving.fine_width + east]
-            + fine_grey[bottom * halving.fine_width + west] + fine_grey[bottom * halving.fine_width + east]);
-        let covered = masked_at(west, top) + masked_at(east, top) + masked_at(west, bottom) + masked_at(east, bottom);
-        luma_word |= u32(clamp(mean + 0.5, 0.0, 255.0)) << (8u * lane);
-        masked_word |= u32(covered > 2u) << (8u * lane);
-        if (4u * id.x + lane < halving.width) {
-            grey[id.y * halving.width + x] = mean;
-        }
-    }
+    let x = 4u * id.x;
+    let grey_rows = vec2<u32>(top, bottom) * halving.fine_width;
+    let means = vec4<f32>(mean_at(x, grey_rows.x, grey_rows.y), mean_at(x + 1u, grey_rows.x, grey_rows.y),
+        mean_at(x + 2u, grey_rows.x, grey_rows.y), mean_at(x + 3u, grey_rows.x, grey_rows.y));
+    let mask_rows = vec2<u32>(top, bottom) * halving.fine_words;
+    let first = 2u * id.x;
+    let second = min(first + 1u, halving.fine_words - 1u);
+    let covered = vec4<u32>(
+        pair_sums(fine_masked[mask_rows.x + first], fine_masked[mask_rows.y + first]),
+        pair_sums(fine_masked[mask_rows.x + second], fine_masked[mask_rows.y + second]),
+    );
     let index = id.y * halving.words + id.x;
-    luma[index] = luma_word;
-    masked[index] = masked_word;
+    luma[index] = pack_bytes(vec4<u32>(clamp(means + 0.5, vec4<f32>(0.0), vec4<f32>(255.0))));
+    masked[index] = pack_bytes(select(vec4<u32>(0u), vec4<u32>(1u), covered > vec4<u32>(2u)));
+    let row = id.y * halving.width;
+    store(row, x, means.x);
+    store(row, x + 1u, means.y);
+    store(row, x + 2u, means.z);
+    store(row, x + 3u, means.w);
 }
