@@ -41,6 +41,9 @@ pub struct Disparity {
     /// Largest disparity searched, in pixels; where not given, 2/5 of the image's width, at most 312.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(i32).range(1..))]
     max_disparity: Option<i32>,
+    /// Also write the standard deviation of each disparity, in pixels, as PFM; inf where unknown.
+    #[arg(long, value_name = "OUT.pfm")]
+    sigma: Option<PathBuf>,
     /// Also write disparity and standard deviation in colours, to OUT.png and OUT.sigma.png.
     #[arg(long)]
     png: bool,
@@ -87,6 +90,10 @@ impl Disparity {
 
     fn write(&self, map: &DisparityMap, range: DisparityRange) -> Outcome {
         recording::export::write_pfm(&self.output, &map.disparity).map_err(Failure::failed)?;
+        if let Some(sigma) = &self.sigma {
+            recording::export::write_pfm(sigma, &map.variance.map(|variance| variance.sqrt()))
+                .map_err(Failure::failed)?;
+        }
         if self.png {
             let max_px = (range.min_px + range.count() as i32) as f32;
             let disparity = colored(&map.disparity, |px| px / max_px);
