@@ -25,3 +25,24 @@ fn patch_centre(number: u32) -> vec2<i32> {
     let cell = vec2<u32>(number % settings.columns, number / settings.columns);
     return vec2<i32>(cell * settings.spacing + settings.spacing / 2u);
 }
+
+// Sample distances: from coarse to fine.
+const SPREADS: u32 = 3u;
+
+fn spread_of(number: u32) -> i32 {
+    return 4 >> number;
+}
+
+fn samples_of(radius: i32) -> u32 {
+    return u32((2 * radius + 1) * (2 * radius + 1));
+}
+
+// A sample lies on the surface of the patch's centre where its depth differs by no more than this share, and what such a
+// slope makes of its distance: tissue behind an edge moves by itself.
+const STEP_SHARE = 0.03;
+const SLOPE_MAX = 1.5;
+
+fn on_surface(centre_depth: f32, depth: f32, offset: vec2<i32>, focal_px: f32) -> bool {
+    let way = length(vec2<f32>(offset)) / focal_px;
+    return abs(depth - centre_depth) <= centre_depth * (STEP_SHARE + SLOPE_MAX * way);
+}

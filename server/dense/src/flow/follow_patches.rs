@@ -24,7 +24,7 @@ pub(super) fn bind(
             settings,
             parts.view,
             &keyframe.depth,
-            &keyframe.grey,
+            &keyframe.templates,
             &parts.observation.grey,
             &keyframe.tissue.rows,
             parts.matches,

@@ -9,10 +9,10 @@
 @group(0) @binding(1) var<uniform> view: View;
 // the keyframe's
 @group(0) @binding(2) var<storage, read> depth_before: array<f32>;
-// grey values, negative where a picture does not show the tissue
-@group(0) @binding(3) var<storage, read> grey_before: array<f32>;
+// take_templates.wgsl
+@group(0) @binding(3) var<storage, read> templates: array<vec4<f32>>;
+// grey values, negative where the picture does not show the tissue
 @group(0) @binding(4) var<storage, read> grey_now: array<f32>;
-// per patch its place in world, m; w is 0 where it has none
 @group(0) @binding(5) var<storage, read> tissue: array<vec4<f32>>;
 // the keyframe's pixel, pixel; outside the picture where there is no match
 @group(0) @binding(6) var<storage, read_write> matches: array<vec4<f32>>;
@@ -22,10 +22,6 @@ const NOWHERE = vec4<f32>(-2.0);
 const SETTLED_PX = 0.02;
 // No step goes farther, in sample distances.
 const STEP_MAX = 2.0;
-// A sample lies on the surface of the patch's centre where its depth differs by no more than this share, and what such a
-// slope makes of its distance.
-const STEP_SHARE = 0.03;
-const SLOPE_MAX = 1.5;
 // Variance of the noise that is taken to be in every picture.
 const NOISE = 1.0;
 // A patch is not distorted by more than this.
@@ -56,42 +52,37 @@ fn depth_then(at: vec2<i32>) -> f32 {
     return depth_before[u32(at.y) * view.size.x + u32(at.x)];
 }
 
-// Tissue behind an edge moves by itself.
-fn on_surface(centre_depth: f32, at: vec2<i32>, offset: vec2<i32>) -> bool {
-    let way = length(vec2<f32>(offset)) / view.intrinsics.x;
-    return abs(depth_then(at) - centre_depth) <= centre_depth * (STEP_SHARE + SLOPE_MAX * way);
-}
-
-fn then(at: vec2<i32>) -> f32 {
-    return grey_before[u32(at.y) * view.size.x + u32(at.x)];
+// Whether a pixel of the keyframe lies on the surface that its patch's centre shows.
+fn is_own(centre: vec2<i32>, offset: vec2<i32>) -> bool {
+    return on_surface(depth_then(centre), depth_then(centre + offset), offset, view.intrinsics.x);
 }
 
 // Between four pixels; negative where one of them does not show the tissue.
 fn now(at: vec2<f32>) -> f32 {
     let corner = vec2<i32>(floor(at));
-    if !inside(corner) || !inside(corner + 1) {
-        return -1.0;
-    }
-    let first = u32(corner.y) * view.size.x + u32(corner.x);
+    let known = inside(corner) && inside(corner + 1);
+    let safe = vec2<u32>(clamp(corner, vec2<i32>(0), max(vec2<i32>(view.size) - 2, vec2<i32>(0))));
+    let first = safe.y * view.size.x + safe.x;
     let upper = vec2<f32>(grey_now[first], grey_now[first + 1u]);
     let lower = vec2<f32>(grey_now[first + view.size.x], grey_now[first + view.size.x + 1u]);
-    if min(min(upper.x, upper.y), min(lower.x, lower.y)) < 0.0 {
-        return -1.0;
-    }
+    let least = min(min(upper.x, upper.y), min(lower.x, lower.y));
     let share = at - floor(at);
     let rows = mix(upper, lower, share.y);
-    return mix(rows.x, rows.y, share.x);
+    return select(-1.0, mix(rows.x, rows.y, share.x), known && least >= 0.0);
 }
 
-// `spread` pixels lie between the samples, and as many to both sides of one between the values of its gradient.
-fn linearise(centre: vec2<i32>, place: Place, spread: i32) -> Step {
-    let depth = depth_then(centre);
+// By the samples at distance `number`.
+fn linearise(patch_number: u32, place: Place, number: u32) -> Step {
+    let patches = settings.columns * settings.rows;
+    let samples = samples_of(settings.radius);
+    let spread = spread_of(number);
+    var at = number * samples * patches + patch_number;
     var count = 0.0;
     var gradients = vec2<f32>(0.0);
     var error = 0.0;
     var square = 0.0;
     // grey values about the middle's, their squares, and their products with error and gradient
-    let middle = then(centre);
+    let middle = templates[at + samples / 2u * patches].x;
     var level = 0.0;
     var levels = 0.0;
     var level_error = 0.0;
@@ -101,19 +92,14 @@ fn linearise(centre: vec2<i32>, place: Place, spread: i32) -> Step {
     var right = vec2<f32>(0.0);
     for (var v = -settings.radius; v <= settings.radius; v++) {
         for (var u = -settings.radius; u <= settings.radius; u++) {
-            let offset = spread * vec2<i32>(u, v);
-            let at = centre + offset;
-            if !inside(at - spread) || !inside(at + spread) || !on_surface(depth, at, offset) {
+            let then = templates[at];
+            at += patches;
+            let is_now = now(place.middle + place.distortion * vec2<f32>(spread * vec2<i32>(u, v)));
+            if then.w == 0.0 || !(is_now >= 0.0) {
                 continue;
             }
-            let was = then(at);
-            let across = vec2<f32>(then(at - vec2<i32>(spread, 0)), then(at + vec2<i32>(spread, 0)));
-            let down = vec2<f32>(then(at - vec2<i32>(0, spread)), then(at + vec2<i32>(0, spread)));
-            let is_now = now(place.middle + place.distortion * vec2<f32>(offset));
-            if min(min(min(across.x, across.y), min(down.x, down.y)), min(was, is_now)) < 0.0 {
-                continue;
-            }
-            let gradient = vec2<f32>(across.y - across.x, down.y - down.x) / f32(2 * spread);
+            let was = then.x;
+            let gradient = then.yz;
             let off = is_now - was;
             count += 1.0;
             gradients += gradient;
@@ -171,13 +157,12 @@ fn seen_at(number: u32) -> vec2<f32> {
 // What a pixel of the keyframe has become along one direction, by the neighbours that lie on the same surface.
 fn stretched(centre: vec2<i32>, own: vec2<f32>, number: u32, neighbour: u32, sides: vec2<bool>, along: vec2<i32>) -> vec2<f32> {
     let step = i32(settings.spacing) * along;
-    let depth = depth_then(centre);
     var ahead = NOWHERE.xy;
-    if sides.y && on_surface(depth, centre + step, step) {
+    if sides.y && is_own(centre, step) {
         ahead = seen_at(number + neighbour);
     }
     var behind = NOWHERE.xy;
-    if sides.x && on_surface(depth, centre - step, -step) {
+    if sides.x && is_own(centre, -step) {
         behind = seen_at(number - neighbour);
     }
     let first = select(behind, own, behind.x < -1.0);
@@ -209,9 +194,9 @@ fn follow(number: u32, centre: vec2<i32>) -> vec4<f32> {
     }
     let first = place.middle;
     var last = Step(false, vec2<f32>(0.0), 0.0, 0.0);
-    for (var spread = 4; spread >= 1; spread /= 2) {
+    for (var distance_number = 0u; distance_number < SPREADS; distance_number++) {
         for (var i = 0u; i < settings.steps; i++) {
-            last = linearise(centre, place, spread);
+            last = linearise(number, place, distance_number);
             if !last.usable {
                 break;
             }

@@ -188,9 +188,12 @@ impl Scene {
         let gpu = &self.gpu;
         let observation = Observation::new(gpu, self.size.0, self.size.1).unwrap();
         let keyframe = Keyframe::new(gpu, &observation, &self.config).unwrap();
+        gpu.write(&observation.grey, 0, &self.grey_then).unwrap();
+        gpu.write(&observation.depth, 0, &self.depth).unwrap();
+        self.run(&observation, &keyframe, |flow, frame| {
+            flow.record_keyframe(frame, &keyframe, &observation).unwrap();
+        });
         gpu.write(&observation.grey, 0, &self.grey_now).unwrap();
-        gpu.write(&keyframe.grey, 0, &self.grey_then).unwrap();
-        gpu.write(&keyframe.depth, 0, &self.depth).unwrap();
         gpu.write(&keyframe.tissue.rows, 0, &self.tissue()).unwrap();
         self.run(&observation, &keyframe, |flow, frame| {
             flow.prepare(gpu, usable).unwrap();

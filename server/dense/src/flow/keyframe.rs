@@ -2,8 +2,10 @@
 
 use gpu::{FrameRecorder, Gpu, GpuBuffer, GpuError};
 
+use super::take_templates::samples;
 use crate::followed::CarriedPoints;
 use crate::node_graph::GraphSettings;
+use crate::store::Row;
 use crate::{DenseConfig, Observation};
 
 /// An earlier picture, and the tissue that each of its patches shows.
@@ -11,8 +13,8 @@ use crate::{DenseConfig, Observation};
 pub(crate) struct Keyframe {
     /// Depth then, m.
     pub depth: GpuBuffer<f32>,
-    /// Grey values then, negative where the picture does not show the tissue.
-    pub grey: GpuBuffer<f32>,
+    /// What its patches looked like: see `take_templates.wgsl`.
+    pub templates: GpuBuffer<Row>,
     /// Where the tissue of each patch is now; the fourth value is 1 where there is some.
     pub tissue: CarriedPoints,
     /// How many patches there are.
@@ -30,7 +32,8 @@ impl Keyframe {
         let settings = GraphSettings { surfels: patches, ..GraphSettings::new(&config.nodes) };
         Ok(Self {
             depth: gpu.storage("keyframe depth", observation.depth.len())?,
-            grey: gpu.storage("keyframe grey", observation.grey.len())?,
+            templates: gpu
+                .storage("patch templates", (patches.max(1) as usize) * samples(config.flow.radius))?,
             tissue: CarriedPoints::new(gpu, patches.max(1) as usize, &settings)?,
             patches,
             renew_frames: config.flow.keyframe_frames,
@@ -51,10 +54,9 @@ impl Keyframe {
         self.age == Some(0)
     }
 
-    /// Takes this frame's picture.
-    pub fn record_copy(&self, frame: &mut FrameRecorder, observation: &Observation) -> Result<(), GpuError> {
-        frame.copy(&observation.depth, &self.depth, self.depth.len())?;
-        frame.copy(&observation.grey, &self.grey, self.grey.len())
+    /// Takes this frame's depth.
+    pub fn record_depth(&self, frame: &mut FrameRecorder, observation: &Observation) -> Result<(), GpuError> {
+        frame.copy(&observation.depth, &self.depth, self.depth.len())
     }
 }
 

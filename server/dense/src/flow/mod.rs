@@ -5,8 +5,8 @@
 //!
 //! # Cost
 //!
-//! One dispatch. A patch of 13 x 13 samples reads 9 values for each in each step, nearly all from the cache: 18 million in
-//! all for 2,000 patches and 6 steps.
+//! One dispatch, and two more for a keyframe. In each step a patch of 13 x 13 samples reads for each a row of its template
+//! and four pixels, nearly all from the cache: 10 million in all for 2,000 patches and 6 steps.
 
 mod config;
 mod follow_patches;
@@ -14,6 +14,7 @@ mod follow_patches;
 mod follow_patches_oracle;
 mod keyframe;
 mod lift_patches;
+mod take_templates;
 
 pub use config::FlowConfig;
 pub(crate) use keyframe::Keyframe;
@@ -26,7 +27,8 @@ use crate::store::Row;
 use crate::view::GpuView;
 
 /// The kernels of this folder.
-pub(crate) const KERNELS: [KernelDeclaration; 2] = [follow_patches::DECLARATION, lift_patches::DECLARATION];
+pub(crate) const KERNELS: [KernelDeclaration; 3] =
+    [follow_patches::DECLARATION, lift_patches::DECLARATION, take_templates::DECLARATION];
 
 /// `FlowSettings` of the WGSL.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -85,6 +87,7 @@ pub(crate) struct PatchFlow {
     uniform: GpuBuffer<FlowSettings>,
     follow: BoundKernel,
     lift: BoundKernel,
+    templates: BoundKernel,
 }
 
 impl PatchFlow {
@@ -94,6 +97,7 @@ impl PatchFlow {
         Ok(Self {
             follow: follow_patches::bind(gpu, &uniform, parts)?,
             lift: lift_patches::bind(gpu, &uniform, parts)?,
+            templates: take_templates::bind(gpu, &uniform, parts)?,
             settings,
             uniform,
         })
@@ -117,8 +121,12 @@ impl PatchFlow {
         keyframe: &Keyframe,
         observation: &Observation,
     ) -> Result<(), GpuError> {
-        keyframe.record_copy(frame, observation)?;
-        frame.stage("flow", |stage| stage.run(&self.lift, [self.patches(), 1, 1]))
+        keyframe.record_depth(frame, observation)?;
+        let samples = take_templates::samples(self.settings.radius.cast_unsigned()) as u32;
+        frame.stage("flow", |stage| {
+            stage.run(&self.lift, [self.patches(), 1, 1])?;
+            stage.run(&self.templates, [self.patches(), samples, 1])
+        })
     }
 
     fn patches(&self) -> u32 {

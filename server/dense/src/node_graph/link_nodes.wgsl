@@ -16,16 +16,27 @@
 const NEAREST: u32 = 8u;
 const FOLLOWERS: u32 = 32u;
 
-fn look_into(cell: vec3<i32>, own: u32, near: ptr<function, NearNodes>) {
+// The four nearest, and the next four.
+struct Neighbours {
+    first: NearNodes,
+    second: NearNodes,
+}
+
+fn look_into(cell: vec3<i32>, own: u32, near: ptr<function, Neighbours>) {
     let point = node_point(nodes[own]);
     var entry = node_heads[node_bucket(cell, graph.bucket_mask)];
     while entry != 0u {
         let slot = entry - 1u;
-        let offset = node_point(nodes[slot]) - point;
+        let row = nodes[slot];
+        let offset = node_point(row) - point;
         let square = dot(offset, offset);
-        let here = all(cell_of(node_point(nodes[slot]), graph.cells_per_metre) == cell);
-        if here && slot != own && square <= (*near).square_m[NEAREST - 1u] {
-            keep_near(near, square, slot, nodes[slot].w);
+        let is_near = slot != own && square <= (*near).second.square_m.w;
+        if is_near && all(cell_of(node_point(row), graph.cells_per_metre) == cell) {
+            var first = (*near).first;
+            var second = (*near).second;
+            let next = keep_near(&first, NearNode(square, slot, row.w));
+            let rest = keep_near(&second, next);
+            (*near) = Neighbours(first, second);
         }
         entry = node_next[slot];
     }
@@ -47,12 +58,8 @@ fn link_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
     if own >= arrayLength(&nodes) {
         return;
     }
-    var near: NearNodes;
-    for (var i = 0u; i < NEAREST; i++) {
-        near.square_m[i] = 4.0 * graph.reach_m * graph.reach_m;
-        near.slot[i] = NO_NODE;
-        near.id[i] = 0u;
-    }
+    let none = no_nodes(4.0 * graph.reach_m * graph.reach_m);
+    var near = Neighbours(none, none);
     if is_node(nodes[own]) {
         let home = cell_of(node_point(nodes[own]), graph.cells_per_metre);
         for (var around = 0; around < 125; around++) {
@@ -60,7 +67,8 @@ fn link_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     for (var i = 0u; i < NEAREST; i++) {
-        nearest[NEAREST * own + i] = near.slot[i];
-        follow(near.slot[i], own);
+        let slot = select(near.second.slot[i % 4u], near.first.slot[i % 4u], i < 4u);
+        nearest[NEAREST * own + i] = slot;
+        follow(slot, own);
     }
 }

@@ -18,6 +18,20 @@
 @group(0) @binding(7) var<storage, read_write> geometry: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read_write> orientation: array<vec4<f32>>;
 
+// What one node makes of a surfel, times its weight.
+struct Share {
+    point: vec3<f32>,
+    normal: vec3<f32>,
+}
+
+fn moved_by(slot: u32, weight: f32, point: vec3<f32>, normal: vec3<f32>) -> Share {
+    if slot == NO_NODE {
+        return Share(vec3<f32>(0.0), vec3<f32>(0.0));
+    }
+    let rows = rows_of(slot);
+    return Share(weight * carried_by(rows, node_point(nodes[slot]), point), weight * turned_by(rows, normal));
+}
+
 @compute @workgroup_size(64)
 fn move_surfels(@builtin(global_invocation_id) id: vec3<u32>) {
     let slot = id.x;
@@ -30,17 +44,15 @@ fn move_surfels(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let binding = bind_to_nodes(point);
-    var moved = vec3<f32>(0.0);
-    var turned = vec3<f32>(0.0);
-    for (var corner = 0u; corner < 4u; corner++) {
-        if binding.slots[corner] != NO_NODE {
-            moved += binding.weights[corner] * carried_by(binding.slots[corner], point);
-            turned += binding.weights[corner] * turned_by(binding.slots[corner], orientation[slot].xyz);
-        }
-    }
-    let normal = normalize(turned);
+    let facing = orientation[slot];
+    let a = moved_by(binding.slots.x, binding.weights.x, point, facing.xyz);
+    let b = moved_by(binding.slots.y, binding.weights.y, point, facing.xyz);
+    let c = moved_by(binding.slots.z, binding.weights.z, point, facing.xyz);
+    let d = moved_by(binding.slots.w, binding.weights.w, point, facing.xyz);
+    let moved = a.point + b.point + c.point + d.point;
+    let normal = normalize(a.normal + b.normal + c.normal + d.normal);
     if binding.slots.x != NO_NODE && all_finite(moved) && all_finite(normal) {
         geometry[slot] = vec4<f32>(moved, geometry[slot].w);
-        orientation[slot] = vec4<f32>(normal, orientation[slot].w);
+        orientation[slot] = vec4<f32>(normal, facing.w);
     }
 }
