@@ -93,6 +93,21 @@ fn a_map_that_began_with_something_else_is_forgotten() {
 }
 
 #[test]
+fn a_young_map_whose_view_comes_back_as_it_would_be_forgotten_is_kept() {
+    let mut tracker = tracker();
+    let elsewhere = Relief::render(&rig(), &Pose::translation(7.3, -4.1, 0.0));
+    let tissue = Relief::render(&rig(), &Pose::identity());
+    assert_eq!(track(&mut tracker, 0, &tissue).outcome, Outcome::Tracked);
+    let frames = config().recovery.restart_frames as usize;
+    for frame in 1..=frames {
+        assert_eq!(track(&mut tracker, frame, &elsewhere).outcome, Outcome::Lost { since_ns: stamp_ns(1) });
+    }
+    let report = track(&mut tracker, frames + 1, &tissue);
+    assert_eq!(report.outcome, Outcome::Recovered);
+    assert!(position_error_mm(&report, &Pose::identity()) < 0.5);
+}
+
+#[test]
 fn live_mapping_is_taken_when_it_is_there() {
     let mut tracker = Tracker::with_pace(&config(), &rig(), MappingPace::Asynchronous).expect("a tracker");
     for frame in 0..12 {

@@ -161,11 +161,9 @@ impl Tracker {
         let located = match &before {
             State::NotInitialized => self.first_frame(frame),
             State::Tracking(track) => self.follow(frame, track),
-            State::Lost { attempts, .. } if self.is_map_useless(&features, *attempts) => {
-                self.forget_map();
-                self.first_frame(frame)
+            State::Lost { attempts, .. } => {
+                self.relocalise(frame, *attempts).or_else(|| self.begin_anew(frame, *attempts))
             }
-            State::Lost { attempts, .. } => self.relocalise(frame, *attempts),
         };
         let elapsed_s = elapsed_ns as f64 * 1e-9;
         self.follow_rows(&features, if starting { f64::INFINITY } else { elapsed_s });

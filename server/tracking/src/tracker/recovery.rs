@@ -38,8 +38,14 @@ impl Tracker {
         views
     }
 
+    /// Where the camera has been lost for too long for what the map is worth, the frame is the first of a new one.
+    pub(super) fn begin_anew(&mut self, frame: Frame, attempts: u64) -> Option<Located> {
+        self.is_map_useless(frame.features, attempts).then(|| self.forget_map())?;
+        self.first_frame(frame)
+    }
+
     /// Whether the map is too young to be worth waiting for: what began it may have been no tissue at all.
-    pub(super) fn is_map_useless(&self, features: &FrameFeatures, attempts: u64) -> bool {
+    fn is_map_useless(&self, features: &FrameFeatures, attempts: u64) -> bool {
         let config = &self.config.recovery;
         self.map.keyframe_count() <= config.restart_keyframes_max as usize
             && attempts >= u64::from(config.restart_frames)
@@ -47,7 +53,7 @@ impl Tracker {
     }
 
     /// Forgets the map; the next pose is the world's.
-    pub(super) fn forget_map(&mut self) {
+    fn forget_map(&mut self) {
         self.map.clear();
         self.places = crate::relocalization::PlaceIndex::new();
         self.unmapped = None;
