@@ -1,11 +1,10 @@
-//! Functions in three versions: for any processor, for one with wide vectors (AVX2) and a bit-counting instruction, and
-//! for one whose vectors are as wide or wider and which has twice as many of them (AVX-512).
+//! Functions in two versions: for any processor, and for one with wide vectors (AVX2) and a bit-counting instruction.
 //!
-//! All are compiled from the same source, which is written so that the compiler vectorises it, so they give the same bits.
+//! Both are compiled from the same source, which is written so that the compiler vectorises it, so they give the same bits.
 //! Which one runs is decided when it is called.
 
-/// `fn name(arguments) -> Result = body_function;` makes `name` the widest version of `body_function`, which must be
-/// `#[inline(always)]`, that the processor can run.
+/// `fn name(arguments) -> Result = body_function;` makes `name` the wider version of `body_function`, which must be
+/// `#[inline(always)]`, or that function itself where the processor has no wide vectors.
 macro_rules! dispatch {
     (
         $(#[$attribute:meta])*
@@ -19,18 +18,7 @@ macro_rules! dispatch {
                 fn wide($($argument: $type),*) $(-> $result)? {
                     $portable($($argument),*)
                 }
-                #[target_feature(enable = "avx2,popcnt,avx512f,avx512bw,avx512vl")]
-                fn widest($($argument: $type),*) $(-> $result)? {
-                    $portable($($argument),*)
-                }
                 if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("popcnt") {
-                    if is_x86_feature_detected!("avx512f")
-                        && is_x86_feature_detected!("avx512bw")
-                        && is_x86_feature_detected!("avx512vl") {
-                        // SAFETY: the processor has what `widest` is compiled for, as was just seen.
-                        #[expect(unsafe_code, reason = "the one way to call code for a detected processor")]
-                        return unsafe { widest($($argument),*) };
-                    }
                     // SAFETY: the processor has what `wide` is compiled for, as was just seen.
                     #[expect(unsafe_code, reason = "the one way to call code for a detected processor")]
                     return unsafe { wide($($argument),*) };

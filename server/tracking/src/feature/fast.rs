@@ -59,13 +59,16 @@ fn score_map_portable(image: &Gray, threshold: u8) -> Raster<u8> {
         return scores;
     }
     let last_start = width - RADIUS - LANES;
+    let circle = CIRCLE.map(|(dx, dy)| offset_in_window(width, dx, dy));
     for y in RADIUS..height - RADIUS {
         let window = &image.pixels()[(y - RADIUS) * width..(y + RADIUS + 1) * width];
         let out = &mut scores.pixels_mut()[y * width..(y + 1) * width];
         for start in (RADIUS..width - RADIUS).step_by(LANES) {
             let start = start.min(last_start);
-            if compass_bound(window, width, start) > threshold {
-                let block = score_block(window, width, start);
+            let pixels = &window[start - RADIUS..];
+            let centre = lanes(pixels, RADIUS * width + RADIUS);
+            if any_may_exceed(pixels, centre, &circle, threshold) {
+                let block = score_block(pixels, centre, &circle);
                 for (target, score) in out[start..start + LANES].iter_mut().zip(block) {
                     *target = if score > threshold { score } else { 0 };
                 }
@@ -92,7 +95,7 @@ fn local_maxima_portable(scores: &Raster<u8>, border: u32) -> Vec<Corner> {
         let rows = [y - 1, y, y + 1].map(|row| scores.row(row as u32));
         let mut x = border;
         while x + LANES <= width - border {
-            if rows[1][x..x + LANES].iter().fold(0, |highest, &value| value.max(highest)) > 0 {
+            if is_any_set(lanes(rows[1], x)) {
                 push_block(rows, x, y, &mut corners);
             }
             x += LANES;
@@ -131,12 +134,12 @@ fn push_block(rows: [&[u8]; 3], x: usize, y: usize, corners: &mut Vec<Corner>) {
 /// 1 where [`is_maximum`] holds, else 0.
 #[inline(always)]
 fn maxima(rows: [&[u8]; 3], x: usize) -> Lanes {
-    let lanes = |row: usize, x: usize| -> &Lanes {
-        rows[row][x..x + LANES].try_into().expect("a slice of LANES bytes")
-    };
-    let score = lanes(1, x);
-    let before = max(&max(lanes(0, x - 1), lanes(0, x)), &max(lanes(0, x + 1), lanes(1, x - 1)));
-    let after = max(&max(lanes(1, x + 1), lanes(2, x - 1)), &max(lanes(2, x), lanes(2, x + 1)));
+    let [above, here, below] = rows;
+    let score = lanes(here, x);
+    let before =
+        max(&max(lanes(above, x - 1), lanes(above, x)), &max(lanes(above, x + 1), lanes(here, x - 1)));
+    let after =
+        max(&max(lanes(here, x + 1), lanes(below, x - 1)), &max(lanes(below, x), lanes(below, x + 1)));
     let mut flags = [0; LANES];
     for i in 0..LANES {
         flags[i] = u8::from(score[i] > before[i]) & u8::from(score[i] >= after[i]);
@@ -144,37 +147,46 @@ fn maxima(rows: [&[u8]; 3], x: usize) -> Lanes {
     flags
 }
 
-/// The pixels at a circle offset from the centres that start at column `x` of the window's middle row.
-#[inline(always)]
-fn lanes(window: &[u8], width: usize, x: usize, (dx, dy): (i32, i32)) -> &Lanes {
-    let start = (dy + RADIUS as i32) as usize * width + (x as i32 + dx) as usize;
-    window[start..start + LANES].try_into().expect("a slice of LANES bytes")
+/// Where the pixel at a circle offset lies in a window of seven rows of which the first three columns are left of the
+/// centre.
+fn offset_in_window(width: usize, dx: i32, dy: i32) -> usize {
+    (dy + RADIUS as i32) as usize * width + (dx + RADIUS as i32) as usize
 }
 
-/// Nine contiguous pixels of the circle always hold two neighbouring compass points, which bounds the scores.
 #[inline(always)]
-fn compass_bound(window: &[u8], width: usize, x: usize) -> u8 {
-    let centre = lanes(window, width, x, (0, 0));
-    let (north, south) = (lanes(window, width, x, CIRCLE[0]), lanes(window, width, x, CIRCLE[8]));
-    let (east, west) = (lanes(window, width, x, CIRCLE[4]), lanes(window, width, x, CIRCLE[12]));
-    let mut bound = [0; LANES];
+fn lanes(pixels: &[u8], start: usize) -> &Lanes {
+    pixels[start..start + LANES].try_into().expect("a slice of LANES bytes")
+}
+
+/// Whether any byte is not 0. By words: the maximum of bytes is taken one byte after the other.
+#[inline(always)]
+fn is_any_set(bytes: &Lanes) -> bool {
+    bytes.as_chunks::<8>().0.iter().fold(0, |set, chunk| set | u64::from_le_bytes(*chunk)) != 0
+}
+
+/// Whether any score may lie above the threshold: nine contiguous pixels of the circle always hold two neighbouring compass
+/// points, which bounds the scores.
+#[inline(always)]
+fn any_may_exceed(pixels: &[u8], centre: &Lanes, circle: &[usize; 16], threshold: u8) -> bool {
+    let [north, east, south, west] = [0, 4, 8, 12].map(|point| lanes(pixels, circle[point]));
+    let mut above = [0; LANES];
     for i in 0..LANES {
         let highest = north[i].max(south[i]).min(east[i].max(west[i]));
         let lowest = north[i].min(south[i]).max(east[i].min(west[i]));
-        bound[i] = highest.saturating_sub(centre[i]).max(centre[i].saturating_sub(lowest));
+        let bound = highest.saturating_sub(centre[i]).max(centre[i].saturating_sub(lowest));
+        above[i] = bound.saturating_sub(threshold);
     }
-    bound.into_iter().fold(0, u8::max)
+    is_any_set(&above)
 }
 
 #[inline(always)]
-fn score_block(window: &[u8], width: usize, x: usize) -> Lanes {
-    let mut circle = [[0; LANES]; 16];
-    for (pixels, offset) in circle.iter_mut().zip(CIRCLE) {
-        *pixels = *lanes(window, width, x, offset);
+fn score_block(pixels: &[u8], centre: &Lanes, circle: &[usize; 16]) -> Lanes {
+    let mut around = [[0; LANES]; 16];
+    for (values, &offset) in around.iter_mut().zip(circle) {
+        *values = *lanes(pixels, offset);
     }
-    let centre = lanes(window, width, x, (0, 0));
-    let highest = best_arc(&circle, min, max);
-    let lowest = best_arc(&circle, max, min);
+    let highest = best_arc(&around, min, max);
+    let lowest = best_arc(&around, max, min);
     let mut score = [0; LANES];
     for i in 0..LANES {
         score[i] = highest[i].saturating_sub(centre[i]).max(centre[i].saturating_sub(lowest[i]));
@@ -184,27 +196,26 @@ fn score_block(window: &[u8], width: usize, x: usize) -> Lanes {
 
 /// `best` over all arcs of nine of the `worst` in the arc: max of minima for bright arcs, min of maxima for dark ones.
 ///
-/// Arcs `2k..=2k+8` and `2k+1..=2k+9` share eight pixels, whose extremum is built by doubling.
+/// Arcs `2k..=2k+8` and `2k+1..=2k+9` share eight pixels, whose extremum is built by doubling. Written out: a loop's
+/// indices would keep the pixels out of the registers.
 #[inline(always)]
 fn best_arc(
     circle: &[Lanes; 16],
     worst: impl Fn(&Lanes, &Lanes) -> Lanes,
     best: impl Fn(&Lanes, &Lanes) -> Lanes,
 ) -> Lanes {
-    let mut two = [[0; LANES]; 8];
-    for k in 0..8 {
-        two[k] = worst(&circle[2 * k + 1], &circle[(2 * k + 2) % 16]);
-    }
-    let mut four = [[0; LANES]; 8];
-    for k in 0..8 {
-        four[k] = worst(&two[k], &two[(k + 1) % 8]);
-    }
-    let mut found = worst(&worst(&four[0], &four[2]), &best(&circle[0], &circle[9]));
-    for k in 1..8 {
-        let eight = worst(&four[k], &four[(k + 2) % 8]);
-        found = best(&found, &worst(&eight, &best(&circle[2 * k], &circle[(2 * k + 9) % 16])));
-    }
-    found
+    let two = |k: usize| worst(&circle[2 * k + 1], &circle[(2 * k + 2) % 16]);
+    let two = [two(0), two(1), two(2), two(3), two(4), two(5), two(6), two(7)];
+    let four = |k: usize| worst(&two[k], &two[(k + 1) % 8]);
+    let four = [four(0), four(1), four(2), four(3), four(4), four(5), four(6), four(7)];
+    let arcs = |k: usize| {
+        worst(&worst(&four[k], &four[(k + 2) % 8]), &best(&circle[2 * k], &circle[(2 * k + 9) % 16]))
+    };
+    let halves = [
+        best(&best(&arcs(0), &arcs(1)), &best(&arcs(2), &arcs(3))),
+        best(&best(&arcs(4), &arcs(5)), &best(&arcs(6), &arcs(7))),
+    ];
+    best(&halves[0], &halves[1])
 }
 
 #[inline(always)]
