@@ -91,19 +91,22 @@ fn local_maxima_portable(scores: &Raster<u8>, border: u32) -> Vec<Corner> {
     if width <= 2 * border || height <= 2 * border {
         return corners;
     }
+    let end = width - border;
     for y in border..height - border {
         let rows = [y - 1, y, y + 1].map(|row| scores.row(row as u32));
-        let mut x = border;
-        while x + LANES <= width - border {
-            if is_any_set(lanes(rows[1], x)) {
-                push_block(rows, x, y, &mut corners);
-            }
-            x += LANES;
+        if end - border < LANES {
+            let maxima = (border..end).filter(|&x| is_maximum(rows, x));
+            corners.extend(maxima.map(|x| corner_at(rows, x, y)));
+            continue;
         }
-        for x in x..width - border {
-            if is_maximum(rows, x) {
-                corners.push(Corner { x: x as u32, y: y as u32, score: rows[1][x] });
+        let mut x = border;
+        while x < end {
+            // the last block reaches back into the one before
+            let start = x.min(end - LANES);
+            if is_any_set(lanes(rows[1], start)) {
+                push_block(rows, start, (x, y), &mut corners);
             }
+            x = start + LANES;
         }
     }
     corners
@@ -117,15 +120,21 @@ fn is_maximum(rows: [&[u8]; 3], x: usize) -> bool {
     before.iter().all(|&other| other < score) && after.iter().all(|&other| other <= score)
 }
 
-/// The maxima among the [`LANES`] pixels from column `x`.
+fn corner_at(rows: [&[u8]; 3], x: usize, y: usize) -> Corner {
+    Corner { x: x as u32, y: y as u32, score: rows[1][x] }
+}
+
+/// The maxima of row `y` among the [`LANES`] pixels from column `start`, without those before `first`.
 #[inline(always)]
-fn push_block(rows: [&[u8]; 3], x: usize, y: usize, corners: &mut Vec<Corner>) {
-    let flags = maxima(rows, x);
+fn push_block(rows: [&[u8]; 3], start: usize, (first, y): (usize, usize), corners: &mut Vec<Corner>) {
+    let flags = maxima(rows, start);
     for (group, bytes) in flags.as_chunks::<8>().0.iter().enumerate() {
         let mut set = u64::from_le_bytes(*bytes);
         while set != 0 {
-            let x = x + 8 * group + set.trailing_zeros() as usize / 8;
-            corners.push(Corner { x: x as u32, y: y as u32, score: rows[1][x] });
+            let x = start + 8 * group + set.trailing_zeros() as usize / 8;
+            if x >= first {
+                corners.push(corner_at(rows, x, y));
+            }
             set &= set - 1;
         }
     }
