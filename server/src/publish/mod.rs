@@ -44,27 +44,41 @@ impl PublishConfig {
     }
 }
 
-/// Lets one through per period, the first at once.
+/// Lets as many through as a rate allows, the first at once. Frames do not come evenly: one may be early by a quarter of
+/// the period, and then the next one is due as if it had not been.
 #[derive(Debug)]
 pub struct Throttle {
-    period: Duration,
-    last: Option<Instant>,
+    /// None where there is never a second one.
+    period: Option<Duration>,
+    due: Due,
+}
+
+#[derive(Debug)]
+enum Due {
+    Now,
+    At(Instant),
+    Never,
 }
 
 impl Throttle {
     /// At most `rate_hz` a second.
     pub fn new(rate_hz: f64) -> Self {
-        let period = Duration::try_from_secs_f64(rate_hz.recip()).unwrap_or(Duration::MAX);
-        Self { period, last: None }
+        Self { period: Duration::try_from_secs_f64(rate_hz.recip()).ok(), due: Due::Now }
     }
 
     /// Whether one may go now; it then counts as gone.
     pub fn admits(&mut self, now: Instant) -> bool {
-        let due = self.last.is_none_or(|last| now.duration_since(last) >= self.period);
-        if due {
-            self.last = Some(now);
-        }
-        due
+        let period = self.period.unwrap_or_default();
+        let from = match self.due {
+            Due::Now => now,
+            // the rate is kept to, whether the last ones came early or late, unless whole ones were missed
+            Due::At(due) if now.saturating_duration_since(due) >= period => now,
+            Due::At(due) if due.saturating_duration_since(now) <= period / 4 => due,
+            Due::At(_) | Due::Never => return false,
+        };
+        let next = self.period.and_then(|period| from.checked_add(period));
+        self.due = next.map_or(Due::Never, Due::At);
+        true
     }
 }
 
@@ -73,13 +87,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_throttle_admits_the_first_and_then_one_per_period() {
+    fn a_throttle_admits_the_first_and_then_one_per_period_or_a_little_early() {
         let start = Instant::now();
         let mut throttle = Throttle::new(10.0);
         let at = |ms| start + Duration::from_millis(ms);
-        let admitted: Vec<_> =
-            [0, 50, 100, 199, 200].into_iter().filter(|&ms| throttle.admits(at(ms))).collect();
-        assert_eq!(admitted, [0, 100, 200]);
+        let admitted: Vec<_> = [0, 50, 100, 180, 205, 274, 275, 1000]
+            .into_iter()
+            .filter(|&ms| throttle.admits(at(ms)))
+            .collect();
+        assert_eq!(admitted, [0, 100, 180, 275, 1000], "due at 0, 100, 200, 300 and then anew");
+    }
+
+    #[test]
+    fn frames_at_the_rate_itself_all_pass_though_they_come_unevenly() {
+        let start = Instant::now();
+        let mut throttle = Throttle::new(30.0);
+        let early_ms = [0.0, 5.0, -4.0, 7.0, 0.0, -3.0, 6.0, 2.0];
+        let at = |(frame, early_ms): (usize, f64)| {
+            start + Duration::from_secs_f64(frame as f64 / 30.0 + 0.01 - early_ms * 1e-3)
+        };
+        assert!(early_ms.into_iter().enumerate().all(|frame| throttle.admits(at(frame))));
     }
 
     #[test]
