@@ -121,10 +121,10 @@ pub struct NarrowConfig {
     pub jump_penalty_min: u32,
     /// Fall of the jump penalty per grey level.
     pub jump_penalty_per_level: f64,
-    /// As in [`FilterConfig`], for what is matched here.
-    pub first_gate_px: f64,
-    /// As in [`FilterConfig`], for what is matched here.
-    pub second_gate_px: f64,
+    /// Gate about the surface's slope through a pixel's own disparity in the plane fit.
+    pub gate_px: f64,
+    /// Gate about the mean of what surrounds a hole, all of which must lie within for it to be filled.
+    pub hole_gate_px: f64,
 }
 
 /// Inverse search of planar patches; pixels are those of the level.
@@ -259,8 +259,8 @@ impl NarrowConfig {
             "from 0 to 96",
         )?;
         let gates = [
-            ("disparity.narrow.first_gate_px", self.first_gate_px),
-            ("disparity.narrow.second_gate_px", self.second_gate_px),
+            ("disparity.narrow.gate_px", self.gate_px),
+            ("disparity.narrow.hole_gate_px", self.hole_gate_px),
         ];
         all_positive(&gates)
     }

@@ -25,7 +25,7 @@ pub(super) struct PlaneFit {
     pub sigma_floor: f32,
     pub residual_factor: f32,
     pub missing: f32,
-    padding: f32,
+    pub has_prior: u32,
 }
 
 impl PlaneFit {
@@ -39,7 +39,7 @@ impl PlaneFit {
             sigma_floor: spread.floor_px as f32,
             residual_factor: spread.residual_factor as f32,
             missing: spread.missing_px as f32,
-            padding: 0.0,
+            has_prior: 0,
         }
     }
 }

@@ -3,7 +3,8 @@
 //
 // disparities, spreads: padded rows, four pixels an element. planes, unpadded rows: disparity (px), its slopes along
 // x and y (px per px), its standard deviation (px); NO_DISPARITY and zeros where unknown.
-// Two passes: about the pixel's own disparity (a hole's: its neighbours' mean), then about the first plane.
+// Two passes: about the pixel's own disparity (a hole's: its neighbours' mean), then about the first plane; where there
+// is a prior, one about its slope.
 // One invocation per four pixels, all in the lanes of vec4.
 
 struct PlaneFit {
@@ -18,7 +19,8 @@ struct PlaneFit {
     sigma_floor: f32,
     residual_factor: f32,
     missing_factor: f32,
-    padding: f32,
+    // 1: `planes` hold a prior, whose slopes stand in for the first pass
+    has_prior: u32,
 }
 
 @group(0) @binding(0) var<uniform> band: Band;
@@ -167,6 +169,19 @@ fn hole_values(word: u32, y: i32) -> vec4<f32> {
     return select(vec4<f32>(NO_DISPARITY), mean, fillable);
 }
 
+fn slopes_at(id: vec3<u32>, lane: u32) -> vec2<f32> {
+    return planes[id.y * band.width + min(4u * id.x + lane, band.width - 1u)].yz;
+}
+
+// Through the pixels' own disparities.
+fn prior_plane(id: vec3<u32>, origin: vec4<f32>) -> Plane {
+    let a = slopes_at(id, 0u);
+    let b = slopes_at(id, 1u);
+    let c = slopes_at(id, 2u);
+    let d = slopes_at(id, 3u);
+    return Plane(origin, vec4<f32>(a.x, b.x, c.x, d.x), vec4<f32>(a.y, b.y, c.y, d.y));
+}
+
 @compute @workgroup_size(64)
 fn fit_plane(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= band.words || id.y >= band.height) {
@@ -182,13 +197,18 @@ fn fit_plane(@builtin(global_invocation_id) id: vec3<u32>) {
         origin = select(own, hole_values(id.x, y), hole);
     }
     let flat = vec4<f32>(0.0);
-    var first = gather(id.x, y, Plane(origin, flat, flat), fit.first_gate);
-    let first_plane = solve(&first, origin);
+    var first_plane = prior_plane(id, origin);
+    var is_plane = origin != none;
+    if (fit.has_prior == 0u) {
+        var first = gather(id.x, y, Plane(origin, flat, flat), fit.first_gate);
+        first_plane = solve(&first, origin);
+        is_plane = is_plane & (first.n > flat);
+    }
     var sums = gather(id.x, y, first_plane, fit.second_gate);
     let plane = solve(&sums, first_plane.value);
     let residual = residual_rms(sums, plane);
     let stays = hole | (abs(plane.value - own) <= vec4<f32>(fit.shift_max));
-    let good = (origin != none) & (first.n > flat) & (sums.n > flat) & stays;
+    let good = is_plane & (sums.n > flat) & stays;
     // the match itself says nothing in a hole, where the residual must do
     let spread = select(spreads[index], residual, hole);
     let missing = 1.0 - sums.n / WINDOW;

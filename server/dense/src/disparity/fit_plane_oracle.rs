@@ -68,12 +68,21 @@ impl Window {
     }
 }
 
-fn plane(window: &mut Window, own: f32, spread: f64, config: &DisparityConfig) -> Option<[f64; 4]> {
+fn plane(
+    window: &mut Window,
+    own: f32,
+    spread: f64,
+    prior: Option<[f32; 4]>,
+    config: &DisparityConfig,
+) -> Option<[f64; 4]> {
     let is_hole = own == NO_DISPARITY;
     let origin = if is_hole { window.hole(config)? } else { own.into() };
     let filter = &config.filter;
-    let first = window.fit(Vector3::new(origin, 0.0, 0.0), filter.first_gate_px)?;
-    let second = window.fit(first.plane, filter.second_gate_px)?;
+    let first = match prior {
+        Some([_, slope_x, slope_y, _]) => Vector3::new(origin, slope_x.into(), slope_y.into()),
+        None => window.fit(Vector3::new(origin, 0.0, 0.0), filter.first_gate_px)?.plane,
+    };
+    let second = window.fit(first, filter.second_gate_px)?;
     let shift = (second.plane[0] - origin).abs();
     window.close_call |= (shift - filter.shift_max_px).abs() < 1e-4;
     if !is_hole && shift > filter.shift_max_px {
@@ -93,37 +102,49 @@ fn plane(window: &mut Window, own: f32, spread: f64, config: &DisparityConfig) -
 
 #[test]
 fn planes_equal_the_mirror_at_edges_holes_and_borders() {
-    for size in SIZES {
-        let grey = geometry::Rgb::filled(size.0, size.1, [99; 3]);
-        let bench = Bench::new((&grey, &grey), DisparityRange { min_px: 0, groups: 1 }, config());
-        let mut numbers = Numbers::new(11);
-        let source = padded(&bench.whole, |x, y| {
-            let hole = numbers.next() > 0.6 || (x / 20 + y / 11) % 5 == 0;
-            let edge = if x > y + 10 { 6.0 } else { 0.0 };
-            let value = 20.0 + 0.11 * x as f32 - 0.07 * y as f32 + edge + 0.4 * numbers.next() as f32;
-            if hole { NO_DISPARITY } else { value }
-        });
-        let spreads = padded(&bench.whole, |x, _| 0.01 * x as f32);
-        bench.gpu.write(&bench.images.filtered, 0, &source).unwrap();
-        bench.gpu.write(&bench.images.spreads, 0, &spreads).unwrap();
-        let fit = PlaneFit::new(&bench.config);
-        let kernel = fit_plane::bind(&bench.gpu, &bench.images, bench.input.left(), &fit).unwrap();
-        bench.run(&kernel, bench.words());
-        let values = unpadded(&bench.whole, &source);
-        let (mut compared, mut filled) = (0, 0);
-        for (index, found) in bench.gpu.read(&bench.images.planes).unwrap().into_iter().enumerate() {
-            let (x, y) = (index as i64 % i64::from(size.0), index as i64 / i64::from(size.0));
-            let mut window = Window::new(&values, size, x, y);
-            let expected = plane(&mut window, values[index], 0.01 * x as f64, &bench.config);
-            if window.close_call {
-                continue;
-            }
-            let expected = expected.unwrap_or([f64::from(NO_DISPARITY), 0.0, 0.0, 0.0]);
-            let error = (0..4).map(|k| (f64::from(found[k]) - expected[k]).abs()).fold(0.0, f64::max);
-            assert!(error < 2e-3, "({x}, {y}) of {size:?}: {found:?}, expected {expected:?}");
-            compared += 1;
-            filled += usize::from(values[index] == NO_DISPARITY && found[0] > NO_DISPARITY);
+    SIZES.into_iter().for_each(|size| check(size, false));
+}
+
+#[test]
+fn planes_about_the_slopes_of_a_prior_equal_the_mirror() {
+    SIZES.into_iter().for_each(|size| check(size, true));
+}
+
+fn check(size: (u32, u32), has_prior: bool) {
+    let grey = geometry::Rgb::filled(size.0, size.1, [99; 3]);
+    let bench = Bench::new((&grey, &grey), DisparityRange { min_px: 0, groups: 1 }, config());
+    let mut numbers = Numbers::new(11);
+    let source = padded(&bench.whole, |x, y| {
+        let hole = numbers.next() > 0.6 || (x / 20 + y / 11) % 5 == 0;
+        let edge = if x > y + 10 { 6.0 } else { 0.0 };
+        let value = 20.0 + 0.11 * x as f32 - 0.07 * y as f32 + edge + 0.4 * numbers.next() as f32;
+        if hole { NO_DISPARITY } else { value }
+    });
+    let spreads = padded(&bench.whole, |x, _| 0.01 * x as f32);
+    bench.gpu.write(&bench.images.filtered, 0, &source).unwrap();
+    bench.gpu.write(&bench.images.spreads, 0, &spreads).unwrap();
+    let prior: Vec<[f32; 4]> = (0..size.0 * size.1)
+        .map(|_| [7.0, 0.11 + 0.03 * numbers.next() as f32, -0.07 + 0.03 * numbers.next() as f32, 1.0])
+        .collect();
+    bench.gpu.write(&bench.images.planes, 0, &prior).unwrap();
+    let fit = PlaneFit { has_prior: u32::from(has_prior), ..PlaneFit::new(&bench.config) };
+    let kernel = fit_plane::bind(&bench.gpu, &bench.images, bench.input.left(), &fit).unwrap();
+    bench.run(&kernel, bench.words());
+    let values = unpadded(&bench.whole, &source);
+    let (mut compared, mut filled) = (0, 0);
+    for (index, found) in bench.gpu.read(&bench.images.planes).unwrap().into_iter().enumerate() {
+        let (x, y) = (index as i64 % i64::from(size.0), index as i64 / i64::from(size.0));
+        let mut window = Window::new(&values, size, x, y);
+        let prior = has_prior.then(|| prior[index]);
+        let expected = plane(&mut window, values[index], 0.01 * x as f64, prior, &bench.config);
+        if window.close_call {
+            continue;
         }
-        assert!(compared * 2 > values.len() && filled > 0, "{compared} compared, {filled} filled");
+        let expected = expected.unwrap_or([f64::from(NO_DISPARITY), 0.0, 0.0, 0.0]);
+        let error = (0..4).map(|k| (f64::from(found[k]) - expected[k]).abs()).fold(0.0, f64::max);
+        assert!(error < 2e-3, "({x}, {y}) of {size:?}: {found:?}, expected {expected:?}");
+        compared += 1;
+        filled += usize::from(values[index] == NO_DISPARITY && found[0] > NO_DISPARITY);
     }
+    assert!(compared * 2 > values.len() && filled > 0, "{compared} compared, {filled} filled");
 }

@@ -14,7 +14,7 @@ pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
 
 /// Pixels between the samples of the windows, one run after the other: the last reaches 108 pixels far. An even number
 /// of runs between two buffers ends in the first.
-pub(super) const STRIDES: [i32; 4] = [1, 3, 9, 27];
+pub(super) const STRIDES: [i32; 4] = [2, 6, 18, 54];
 
 /// `Filling` of the WGSL.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -1,5 +1,5 @@
 // Extends known surfaces into holes of the coarsest disparity image, so that every finer pixel has somewhere to start:
-// the least-squares plane through what is known among 9 x 9 pixels `stride` apart. What was known stays. The standard
+// the least-squares plane through what is known among 5 x 5 pixels `stride` apart. What was known stays. The standard
 // deviation of what is filled is the stride: a guess that grows with the distance carried.
 //
 // source, filled: disparity, slopes along x and y, standard deviation per pixel, unpadded rows; NO_DISPARITY where
@@ -17,15 +17,15 @@ struct Filling {
 @group(0) @binding(2) var<storage, read> source: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> filled: array<vec4<f32>>;
 
-const KNOWN_MIN = 10.0;
+const KNOWN_MIN = 5.0;
 
 fn plane_around(x: i32, y: i32) -> vec4<f32> {
     var n = 0.0;
     var sums = vec4<f32>(0.0);
     var products = vec2<f32>(0.0);
     var squares = vec3<f32>(0.0);
-    for (var v = -4; v <= 4; v++) {
-        for (var u = -4; u <= 4; u++) {
+    for (var v = -2; v <= 2; v++) {
+        for (var u = -2; u <= 2; u++) {
             let at = vec2<i32>(x, y) + filling.stride * vec2<i32>(u, v);
             if (at.x < 0 || at.y < 0 || at.x >= i32(band.width) || at.y >= i32(band.height)) {
                 continue;

@@ -14,7 +14,7 @@ fn around(
     stride: i64,
 ) -> Option<Option<[f64; 3]>> {
     let (mut normal, mut right, mut count) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
-    for (u, v) in (-4..=4i64).flat_map(|v| (-4..=4i64).map(move |u| (u, v))) {
+    for (u, v) in (-2..=2i64).flat_map(|v| (-2..=2i64).map(move |u| (u, v))) {
         let (x, y) = (x + stride * u, y + stride * v);
         if x < 0 || y < 0 || x >= size.0.into() || y >= size.1.into() {
             continue;
@@ -27,7 +27,7 @@ fn around(
             count += 1.0;
         }
     }
-    if count < 10.0 {
+    if count < 5.0 {
         return Some(None);
     }
     let spanned = normal.determinant() / f64::max(count, 1.0);

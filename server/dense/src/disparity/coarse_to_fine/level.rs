@@ -89,8 +89,8 @@ impl BandMatch {
     ) -> Result<Self, DenseError> {
         let sgm = narrow_penalties(config);
         let filter = FilterConfig {
-            first_gate_px: config.narrow.first_gate_px,
-            second_gate_px: config.narrow.second_gate_px,
+            first_gate_px: 0.5 * config.narrow.hole_gate_px,
+            second_gate_px: config.narrow.gate_px,
             ..at_level(&config.filter, index)
         };
         let images = Images { planes: planes.clone(), ..Images::new(gpu, &whole)? };
@@ -102,6 +102,7 @@ impl BandMatch {
         let [left, right] = &images.descriptors;
         let choice = Choice::new(&sgm, &config.spread);
         let fit = PlaneFit::new(&DisparityConfig { filter: filter.clone(), ..config.clone() });
+        let fit = PlaneFit { has_prior: 1, ..fit };
         Ok(Self {
             census: [
                 census::bind(gpu, &images.whole, eyes.left, left)?,
