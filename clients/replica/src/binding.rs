@@ -25,16 +25,13 @@ pub struct Binding {
     pub weights: [f32; MOVERS],
 }
 
-/// A node and its place, metres.
-type Candidate = (usize, [f32; 3]);
-
 /// Finds nodes near points.
 #[derive(Clone, Debug)]
 pub struct NodeIndex {
     positions_m: Vec<[f32; 3]>,
     reach_m: f32,
-    /// By cell, all nodes in it and in the 26 around it, by index (which is by id), with their places.
-    around: HashMap<Cell, Vec<Candidate>>,
+    /// By cell, all nodes in it and in the 26 around it, by index (which is by id).
+    around: HashMap<Cell, Vec<usize>>,
 }
 
 impl NodeIndex {
@@ -44,9 +41,9 @@ impl NodeIndex {
         let mut index = Self { positions_m, reach_m, around: HashMap::new() };
         if reach_m > 0.0 {
             for node in 0..index.positions_m.len() {
-                let position_m = index.positions_m[node];
-                for cell in neighbourhood(index.cell_of(position_m)) {
-                    index.around.entry(cell).or_default().push((node, position_m));
+                let home = index.cell_of(index.positions_m[node]);
+                for cell in neighbourhood(home) {
+                    index.around.entry(cell).or_default().push(node);
                 }
             }
         }
@@ -72,10 +69,10 @@ impl NodeIndex {
         NodeFinder { index: self, cell: [i32::MAX; 3], candidates: &[] }
     }
 
-    fn nearest_of(&self, candidates: &[Candidate], point_m: [f32; 3]) -> Binding {
+    fn nearest_of(&self, candidates: &[usize], point_m: [f32; 3]) -> Binding {
         let mut nearest = [(self.reach_m * self.reach_m, usize::MAX); MOVERS + 1];
-        for &(node, position_m) in candidates {
-            let [dx, dy, dz] = difference(position_m, point_m);
+        for &node in candidates {
+            let [dx, dy, dz] = difference(self.positions_m[node], point_m);
             let square = dx * dx + dy * dy + dz * dz;
             // Candidates come by increasing id, so the lower id keeps its place at equal distance.
             if square < nearest[MOVERS].0 {
@@ -96,7 +93,7 @@ impl NodeIndex {
 pub struct NodeFinder<'a> {
     index: &'a NodeIndex,
     cell: Cell,
-    candidates: &'a [Candidate],
+    candidates: &'a [usize],
 }
 
 impl NodeFinder<'_> {

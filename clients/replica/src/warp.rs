@@ -4,13 +4,9 @@
 //! `TransformationFomulation`, the bracket). What would not be finite stays where it is.
 
 use protocol::{NodeTable, NodeTransform};
-use rayon::prelude::*;
 
 use crate::Surfel;
 use crate::binding::{NodeFinder, NodeIndex, difference};
-
-/// Surfels that one thread moves in a row: near ones, for which the nodes need not be looked up anew.
-const SURFELS_AT_ONCE: usize = 4096;
 
 type Matrix = [[f32; 3]; 3];
 
@@ -40,12 +36,10 @@ impl Warp {
         }
     }
 
-    /// Moves all surfels, on all threads.
+    /// Moves all surfels.
     pub fn apply(&self, surfels: &mut [Surfel]) {
-        surfels.par_chunks_mut(SURFELS_AT_ONCE).for_each(|surfels| {
-            let mut finder = self.index.finder();
-            surfels.iter_mut().for_each(|surfel| self.carry(&mut finder, surfel));
-        });
+        let mut finder = self.index.finder();
+        surfels.iter_mut().for_each(|surfel| self.carry(&mut finder, surfel));
     }
 
     fn carry(&self, finder: &mut NodeFinder, surfel: &mut Surfel) {
