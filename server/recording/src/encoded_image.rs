@@ -16,6 +16,14 @@ pub struct EncodedImage {
     pub bytes: Vec<u8>,
 }
 
+impl EncodedImage {
+    /// What a file holds: PNG where it begins like one, else it is taken for JPEG.
+    pub fn of_file(bytes: Vec<u8>) -> Self {
+        let format = if bytes.starts_with(b"\x89PNG") { ImageFormat::Png } else { ImageFormat::Jpeg };
+        Self { format, bytes }
+    }
+}
+
 /// How an [`EncodedImage`] is encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {

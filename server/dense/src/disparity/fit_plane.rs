@@ -20,12 +20,14 @@ pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
 pub(super) struct PlaneFit {
     pub first_gate: f32,
     pub second_gate: f32,
+    pub hole_gate: f32,
     pub shift_max: f32,
     pub fill_share_min: f32,
     pub sigma_floor: f32,
     pub residual_factor: f32,
     pub missing: f32,
     pub has_prior: u32,
+    padding: [u32; 3],
 }
 
 impl PlaneFit {
@@ -34,13 +36,20 @@ impl PlaneFit {
         Self {
             first_gate: filter.first_gate_px as f32,
             second_gate: filter.second_gate_px as f32,
+            hole_gate: 2.0 * filter.first_gate_px as f32,
             shift_max: filter.shift_max_px as f32,
             fill_share_min: filter.fill_share_min as f32,
             sigma_floor: spread.floor_px as f32,
             residual_factor: spread.residual_factor as f32,
             missing: spread.missing_px as f32,
             has_prior: 0,
+            padding: [0; 3],
         }
+    }
+
+    /// One pass about the slopes of the planes that are there already, in place of the first.
+    pub fn about_prior(self, gate_px: f64, hole_gate_px: f64) -> Self {
+        Self { second_gate: gate_px as f32, hole_gate: hole_gate_px as f32, has_prior: 1, ..self }
     }
 }
 

@@ -11,6 +11,8 @@ struct PlaneFit {
     // px: gates of the two passes
     first_gate: f32,
     second_gate: f32,
+    // px: about the mean around a hole, for it to be filled
+    hole_gate: f32,
     // px: a result farther from the pixel's own disparity is refused
     shift_max: f32,
     // share of the window that must be known for a hole to be filled
@@ -21,6 +23,9 @@ struct PlaneFit {
     missing_factor: f32,
     // 1: `planes` hold a prior, whose slopes stand in for the first pass
     has_prior: u32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
 }
 
 @group(0) @binding(0) var<uniform> band: Band;
@@ -164,7 +169,7 @@ fn hole_values(word: u32, y: i32) -> vec4<f32> {
     let sums = gather(word, y, anything, 1.0e5);
     let n = max(sums.n, vec4<f32>(1.0));
     let mean = sums.d / n;
-    let inside = gather(word, y, Plane(mean, far, far), 2.0 * fit.first_gate);
+    let inside = gather(word, y, Plane(mean, far, far), fit.hole_gate);
     let fillable = (sums.n >= vec4<f32>(fit.fill_share_min * WINDOW)) & (inside.n == sums.n);
     return select(vec4<f32>(NO_DISPARITY), mean, fillable);
 }
@@ -197,10 +202,12 @@ fn fit_plane(@builtin(global_invocation_id) id: vec3<u32>) {
         origin = select(own, hole_values(id.x, y), hole);
     }
     let flat = vec4<f32>(0.0);
-    var first_plane = prior_plane(id, origin);
+    var first_plane = Plane(origin, flat, flat);
     var is_plane = origin != none;
-    if (fit.has_prior == 0u) {
-        var first = gather(id.x, y, Plane(origin, flat, flat), fit.first_gate);
+    if (fit.has_prior != 0u) {
+        first_plane = prior_plane(id, origin);
+    } else {
+        var first = gather(id.x, y, first_plane, fit.first_gate);
         first_plane = solve(&first, origin);
         is_plane = is_plane & (first.n > flat);
     }

@@ -127,7 +127,10 @@ fn check(size: (u32, u32), has_prior: bool) {
         .map(|_| [7.0, 0.11 + 0.03 * numbers.next() as f32, -0.07 + 0.03 * numbers.next() as f32, 1.0])
         .collect();
     bench.gpu.write(&bench.images.planes, 0, &prior).unwrap();
-    let fit = PlaneFit { has_prior: u32::from(has_prior), ..PlaneFit::new(&bench.config) };
+    let filter = &bench.config.filter;
+    let fit = PlaneFit::new(&bench.config);
+    let about_prior = fit.about_prior(filter.second_gate_px, 2.0 * filter.first_gate_px);
+    let fit = if has_prior { about_prior } else { fit };
     let kernel = fit_plane::bind(&bench.gpu, &bench.images, bench.input.left(), &fit).unwrap();
     bench.run(&kernel, bench.words());
     let values = unpadded(&bench.whole, &source);

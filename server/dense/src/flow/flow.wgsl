@@ -1,4 +1,4 @@
-// What the kernels of this folder share.
+// What the kernels of this folder share; they declare `settings` and `view`.
 struct FlowSettings {
     // the grid of patches, and the pixels from one to the next
     columns: u32,
@@ -18,6 +18,14 @@ struct FlowSettings {
     padding_a: u32,
     padding_b: u32,
     padding_c: u32,
+}
+
+fn inside(at: vec2<i32>) -> bool {
+    return all(at >= vec2<i32>(0)) && all(at < vec2<i32>(view.size));
+}
+
+fn index_of(at: vec2<i32>) -> u32 {
+    return u32(at.y) * view.size.x + u32(at.x);
 }
 
 // The pixel in the middle of a patch.

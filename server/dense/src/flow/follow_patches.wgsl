@@ -13,6 +13,7 @@
 @group(0) @binding(3) var<storage, read> templates: array<vec4<f32>>;
 // grey values, negative where the picture does not show the tissue
 @group(0) @binding(4) var<storage, read> grey_now: array<f32>;
+// per patch its place in world, m; w is 0 where it has none
 @group(0) @binding(5) var<storage, read> tissue: array<vec4<f32>>;
 // the keyframe's pixel, pixel; outside the picture where there is no match
 @group(0) @binding(6) var<storage, read_write> matches: array<vec4<f32>>;
@@ -44,12 +45,8 @@ struct Step {
     contrast: f32,
 }
 
-fn inside(at: vec2<i32>) -> bool {
-    return all(at >= vec2<i32>(0)) && all(at < vec2<i32>(view.size));
-}
-
 fn depth_then(at: vec2<i32>) -> f32 {
-    return depth_before[u32(at.y) * view.size.x + u32(at.x)];
+    return depth_before[index_of(at)];
 }
 
 // Whether a pixel of the keyframe lies on the surface that its patch's centre shows.

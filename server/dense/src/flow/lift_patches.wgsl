@@ -15,8 +15,8 @@ fn lift_patches(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let centre = patch_centre(id.x);
     var lifted = vec4<f32>(0.0);
-    if all(centre < vec2<i32>(view.size)) {
-        let z = depth[u32(centre.y) * view.size.x + u32(centre.x)];
+    if inside(centre) {
+        let z = depth[index_of(centre)];
         let point = transform_point(view.world_from_camera, ray(view.intrinsics, vec2<f32>(centre)) * z);
         if is_finite(z) && z > 0.0 && all_finite(point) {
             lifted = vec4<f32>(point, 1.0);

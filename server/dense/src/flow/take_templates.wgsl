@@ -10,14 +10,6 @@
 // per sample distance (4, 2, 1), sample and patch: grey value, its gradient, 1 where the sample is the patch's, else 0
 @group(0) @binding(4) var<storage, read_write> templates: array<vec4<f32>>;
 
-fn inside(at: vec2<i32>) -> bool {
-    return all(at >= vec2<i32>(0)) && all(at < vec2<i32>(view.size));
-}
-
-fn index_of(at: vec2<i32>) -> u32 {
-    return u32(at.y) * view.size.x + u32(at.x);
-}
-
 // `spread` pixels lie between the samples, and as many to both sides of one between the values of its gradient.
 fn sample_at(centre: vec2<i32>, offset: vec2<i32>, spread: i32) -> vec4<f32> {
     let at = centre + offset;

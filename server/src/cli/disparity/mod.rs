@@ -9,7 +9,7 @@ use clap::Args;
 use dense::disparity::{self, DisparityConfig, DisparityMap, DisparityRange, Method, Pair};
 use geometry::Rgb;
 use gpu::Gpu;
-use recording::{EncodedImage, ImageFormat};
+use recording::EncodedImage;
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 
@@ -131,8 +131,7 @@ fn parse_method(name: &str) -> Result<Method, serde::de::value::Error> {
 fn read(path: &Path) -> Result<Rgb, Failure> {
     let named = |error: &dyn std::fmt::Display| Failure::bad_input(format!("{}: {error}", path.display()));
     let bytes = std::fs::read(path).map_err(|error| named(&error))?;
-    let format = if bytes.starts_with(b"\x89PNG") { ImageFormat::Png } else { ImageFormat::Jpeg };
-    let image = EncodedImage { format, bytes };
+    let image = EncodedImage::of_file(bytes);
     let size_px = recording::size_px(&image).map_err(|error| named(&error))?;
     recording::decode_rgb(&image, size_px).map_err(|error| named(&error))
 }

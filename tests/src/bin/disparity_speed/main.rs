@@ -18,10 +18,11 @@ use clap::Parser;
 use cpu_time::ProcessTime;
 use dense::disparity::{DisparityConfig, DisparityRange, DisparityStage, Method};
 use dense::preprocess::Preprocess;
+use evaluation::Statistics;
 use geometry::Rgb;
 use gpu::{FrameRecorder, FrameTimes, Gpu, StageTimer};
 use mis_slam::config::{Config, Profile};
-use recording::{EncodedImage, ImageFormat};
+use recording::EncodedImage;
 
 /// Passes of one frame, at most.
 const STAGES_MAX: u32 = 256;
@@ -107,17 +108,13 @@ fn medians(times: &[FrameTimes]) -> BTreeMap<&'static str, f64> {
         frame.stages.iter().for_each(|stage| *sums.entry(stage.name).or_default() += stage.ms);
         sums.into_iter().for_each(|(name, ms)| of_stage.entry(name).or_default().push(ms));
     }
-    let median = |mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    of_stage.into_iter().map(|(name, values)| (name, median(values))).collect()
+    let median = |(name, values)| Some((name, Statistics::of(values)?.median));
+    of_stage.into_iter().filter_map(median).collect()
 }
 
 fn read(path: &Path) -> Result<Rgb, Box<dyn Error>> {
     let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let format = if bytes.starts_with(b"\x89PNG") { ImageFormat::Png } else { ImageFormat::Jpeg };
-    let image = EncodedImage { format, bytes };
+    let image = EncodedImage::of_file(bytes);
     let size_px = recording::size_px(&image)?;
     Ok(recording::decode_rgb(&image, size_px)?)
 }

@@ -6,7 +6,6 @@ use gpu::{BoundKernel, Gpu, GpuBuffer, GpuError, KernelDeclaration};
 
 use crate::disparity::PatchConfig;
 use crate::disparity::band::Band;
-use crate::preprocess::Eyes;
 
 pub(super) const DECLARATION: KernelDeclaration = KernelDeclaration::new(
     "aim_patch",
@@ -40,16 +39,6 @@ struct Aim {
     difference_max: f32,
     step_max: f32,
     padding: [f32; 2],
-}
-
-/// The images that patches are matched in.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::disparity) struct Views<'a> {
-    pub eyes: Eyes<'a>,
-    /// Columns, rows.
-    pub size: (u32, u32),
-    /// Pixels to a side of one element of the planes.
-    pub cell: u32,
 }
 
 /// Reads planes and the high-passed eyes, whose size and whose pixels to a cell are given; writes what each cell asks for.

@@ -2,9 +2,8 @@
 
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer};
 
-use super::aim_patch::Views;
 use super::band_winner::Choice;
-use super::refinement::Refinement;
+use super::refinement::{Refinement, Views};
 use super::search::at_level;
 use super::{band_cost, band_winner, descend};
 use crate::DenseError;
@@ -13,7 +12,7 @@ use crate::disparity::band::Band;
 use crate::disparity::buffers::{Images, Volumes};
 use crate::disparity::fit_plane::{self, PlaneFit};
 use crate::disparity::speckle::SpeckleFilter;
-use crate::disparity::{DisparityConfig, FilterConfig, SgmConfig, census, median};
+use crate::disparity::{DisparityConfig, SgmConfig, census, median};
 use crate::preprocess::Eyes;
 
 #[derive(Debug)]
@@ -88,11 +87,7 @@ impl BandMatch {
         config: &DisparityConfig,
     ) -> Result<Self, DenseError> {
         let sgm = narrow_penalties(config);
-        let filter = FilterConfig {
-            first_gate_px: 0.5 * config.narrow.hole_gate_px,
-            second_gate_px: config.narrow.gate_px,
-            ..at_level(&config.filter, index)
-        };
+        let filter = at_level(&config.filter, index);
         let images = Images { planes: planes.clone(), ..Images::new(gpu, &whole)? };
         let volumes = Volumes::new(gpu, whole.pixels(), whole.groups, sgm.paths / 2)?;
         let path = |path: usize| {
@@ -102,7 +97,7 @@ impl BandMatch {
         let [left, right] = &images.descriptors;
         let choice = Choice::new(&sgm, &config.spread);
         let fit = PlaneFit::new(&DisparityConfig { filter: filter.clone(), ..config.clone() });
-        let fit = PlaneFit { has_prior: 1, ..fit };
+        let fit = fit.about_prior(config.narrow.gate_px, config.narrow.hole_gate_px);
         Ok(Self {
             census: [
                 census::bind(gpu, &images.whole, eyes.left, left)?,

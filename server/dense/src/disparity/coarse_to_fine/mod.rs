@@ -42,11 +42,10 @@ mod testing;
 
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, KernelDeclaration};
 
-pub(super) use self::aim_patch::Views;
 use self::hide::Hiding;
 use self::level::FinerLevel;
 use self::pyramid::Pyramid;
-pub(super) use self::refinement::Refinement;
+pub(super) use self::refinement::{Refinement, Views};
 use self::search::Search;
 use super::band::Band;
 use super::config::DisparityConfig;

@@ -2,8 +2,8 @@
 
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuError};
 
-use super::aim_patch::Views;
 use super::halve::{self, halved};
+use super::refinement::Views;
 use crate::preprocess::{EyeBuffers, Eyes, Preprocess};
 
 /// Level 0 is the prepared pair; each further one is half as large.

@@ -2,12 +2,22 @@
 
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer, GpuError};
 
-use super::aim_patch::Views;
 use super::fit_patch::Patch;
 use super::high_pass::ROWS;
 use super::{aim_patch, fit_patch, high_pass, pool_targets};
 use crate::disparity::band::Band;
 use crate::disparity::{DisparityConfig, DisparityRange};
+use crate::preprocess::Eyes;
+
+/// The images that patches are matched in.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::disparity) struct Views<'a> {
+    pub eyes: Eyes<'a>,
+    /// Columns, rows.
+    pub size: (u32, u32),
+    /// Pixels to a side of one element of the planes.
+    pub cell: u32,
+}
 
 /// Improves planes in place, a few rounds a frame.
 #[derive(Debug)]

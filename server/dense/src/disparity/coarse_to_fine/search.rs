@@ -2,9 +2,8 @@
 
 use gpu::{BoundKernel, FrameRecorder, Gpu, GpuBuffer};
 
-use super::aim_patch::Views;
 use super::fill_holes::{self, STRIDES};
-use super::refinement::Refinement;
+use super::refinement::{Refinement, Views};
 use crate::DenseError;
 use crate::disparity::band::Band;
 use crate::disparity::buffers::Images;
